@@ -34,7 +34,7 @@
  *     config     compile-time switches. PD_DIM is the only required one.
  *     pace       whether several threads get on faster than one.
  *     base       status codes, the one failure path, the context and the allocator.
- *     archive    state that steps carry on, on its way out of the objects or back into them. One function of a module lists
+ *     archive    the state of objects, written out or read back. One function of a module lists what steps carry on, for both
  *     owner      the arrays of an object in one list.
  *     vec        small vectors and matrices. The only place that branches on PD_DIM.
  *     par        threads, ordered sums, wall clock.
@@ -66,7 +66,7 @@
  *     compact    the nearest-neighbour (2d+1 point) picture of a scene that multigrid preconditioners work on.
  *     sdirk      what all users of the two-stage, second-order, L-stable SDIRK method share: its constant, and the choice of
  *     process    a physics that moves in time, as the driver of a run sees it.
- *     least_squares bounded least squares over a few parameters of a function that is dear and not exact: a run.
+ *     least_squares bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *   flow/
  *     scales     how large a flow is and how fast it comes in, from the lattice alone.
  *     flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
@@ -82,24 +82,24 @@
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
- *     flux       what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+ *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
- *     transport  conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
- *     explicit   transport by forward Euler steps (eq. 5.3), and how long they may be.
+ *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
+ *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
  *     euler      transport without metal as a process, by one backward Euler step at a time; advance.h controls its error.
  *     advance    transport in time, of second order, with error-controlled steps.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
- *     law        the law of dissolution at one node of the fluid, solved and not guessed.
+ *     law        the law of dissolution at one node of the fluid: its speed behind a film, its jumps, the salt layer.
  *     entry      where bonds of metal enter the fluid.
  *     front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *     metal      dissolving metal, as data: its law, its content, and the fluid beside it.
  *     interface  where metal enters the fluid, and with which weights.
  *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
- *     dissolve   surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+ *     dissolve   a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
  *     dissolving transport together with a dissolving metal, one implicit system, as a process.
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
@@ -142,7 +142,7 @@
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
- *     checkpoint the state of a model in a file, and back into a model built from the same setup.
+ *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *     sample     values of the fields of a model at nodes and at points.
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
@@ -442,8 +442,8 @@ PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot);
 #endif
 
 /* ======== >>core/archive.h ======== */
-/* archive: state that steps carry on, on its way out of the objects or back into them. One function of a module lists
- * what it keeps, for both ways. What is behind the callbacks, a file or memory, is no matter of a physics.
+/* archive: the state of objects, written out or read back. One function of a module lists what steps carry on, for both
+ * ways. What is behind the callbacks, a file or memory, is no matter of a physics.
  */
 #ifndef PD_ARCHIVE_H
 #define PD_ARCHIVE_H
@@ -707,7 +707,6 @@ typedef struct pd_shape {
 
 #define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
-#define pd_shape_exact PD_NAME(pd_shape_exact)
 
 /* Limits of an array of shapes: entries, and evaluations of primitives and operations for one point, entries that are
  * used n times counting n times. */
@@ -720,8 +719,10 @@ PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int coun
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
+#ifdef PDI_INTERNAL
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
-PD_API int pd_shape_exact(const pd_shape *shapes, int index);
+PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
+#endif
 
 #endif
 
@@ -857,9 +858,9 @@ typedef int (*pd_entry_fn)(void *user, int side, const double *x);
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
     pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
-    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none, whatever solid and wall are */
-    int solid;                     /* index of the solid shape, -1: none */
-    int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+    const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
+    const pd_shape *solid;         /* the one of them that is metal; NULL: none */
+    const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
                                     * as `side` says */
     void *entry_user;
@@ -876,7 +877,7 @@ typedef struct pd_grid {
     double h[PD_DIM], lo[PD_DIM], hi[PD_DIM]; /* [m] */
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
-    int solid, wall;
+    int solid, wall;      /* indices of the shapes, -1: none */
     pd_entry_fn entry;
     void *entry_user;
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
@@ -888,22 +889,21 @@ typedef struct pd_grid {
 #define pd_grid_free PD_NAME(pd_grid_free)
 #define pd_grid_position PD_NAME(pd_grid_position)
 #define pd_grid_node PD_NAME(pd_grid_node)
-#define pd_grid_count PD_NAME(pd_grid_count)
 
-/* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
+/* PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
  * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
  * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
- * sides across r other than the axis, walls, inlets and outlets. */
+ * sides across r other than the axis, walls, inlets and outlets; a solid or wall without the array of shapes. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
 PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
-/* Number of nodes of one kind inside the box. */
-PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
-
 #ifdef PDI_INTERNAL
+/* Number of nodes of one kind inside the box. */
+PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
+
 /* Pieces of lattice lines shorter than this are not worth a vector. */
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */
@@ -927,7 +927,7 @@ PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
 PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
 PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
-/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold likewise.
+/* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold, too.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
 /* Through periodic and mirror sides only. */
@@ -993,31 +993,29 @@ typedef struct pd_ghosts {
     uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
-#define pd_ghosts_build PD_NAME(pd_ghosts_build)
-#define pd_ghosts_update PD_NAME(pd_ghosts_update)
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
 #define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
-#define pd_ghosts_held PD_NAME(pd_ghosts_held)
-#define pd_ghosts_pressure PD_NAME(pd_ghosts_pressure)
-#define pd_ghosts_clear PD_NAME(pd_ghosts_clear)
-#define pd_ghosts_free PD_NAME(pd_ghosts_free)
 
+#ifdef PDI_INTERNAL
 /* The grid is borrowed. */
-PD_API pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
+PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
 /* The kinds of the grid have changed. */
-PD_API pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
+PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
+#endif
 /* f [total]: images take the value of their source; outlets are left alone. */
 PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 /* v [PD_DIM][total]: images and outlets. */
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+#ifdef PDI_INTERNAL
 /* v [PD_DIM][total] behind inlets: odd about what they hold on the side, held [PD_DIM][listed - count] in the order of
  * the list (NULL: zero), as far as the source is fluid. */
-PD_API void pd_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
+PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
-PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
 /* x [components][total]: zero at all ghosts of the list, inlets included. */
-PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
-PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
+PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
+PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
+#endif
 
 #endif
 
@@ -1040,12 +1038,11 @@ typedef struct pd_axisym {
     double *hoop;    /* [rows] [1/m2] of the radial component of a vector: lap u_r - hoop u_r is exact on r */
 } pd_axisym;
 
-#define pd_axisym_build PD_NAME(pd_axisym_build)
-#define pd_axisym_free PD_NAME(pd_axisym_free)
-
+#ifdef PDI_INTERNAL
 /* Empty on a planar grid. PD_ERR_GEOMETRY: no conductances exist (never seen). */
-PD_API pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring);
-PD_API void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring);
+PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring);
+PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring);
+#endif
 
 #endif
 
@@ -1092,7 +1089,7 @@ typedef struct pd_bonds {
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
                           * when it is closed minus the fraction of it to the surface */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
-    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), likewise */
+    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), and that bend */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
     double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
@@ -1321,7 +1318,7 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
  *
  * Along a bond materials are resistances in series (theory: eq. 5.8). A surface is the zero level of a signed distance;
  * all its crossings of a bond count, so a layer thinner than a bond is not passed over, and a surface may lie on a
- * node. What bonds near the surface conduct is told once, the same for both ends.
+ * node. What bonds near the surface conduct is computed once, the same for both ends.
  */
 #ifndef PD_MEDIA_H
 #define PD_MEDIA_H
@@ -1598,14 +1595,11 @@ typedef struct pd_reconstruct {
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
 
-#define pd_reconstruct_update PD_NAME(pd_reconstruct_update)
-#define pd_reconstruct_free PD_NAME(pd_reconstruct_free)
-
-/* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PD_API pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
-PD_API void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
-
 #ifdef PDI_INTERNAL
+/* The fits as the geometry is; `slopes` holds zeros or those of before. */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
+
 /* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
  * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
 PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
@@ -1688,26 +1682,21 @@ typedef struct pd_krylov_result {
     int converged;
 } pd_krylov_result;
 
-#define pd_krylov_build PD_NAME(pd_krylov_build)
-#define pd_krylov_free PD_NAME(pd_krylov_free)
-#define pd_krylov_trim PD_NAME(pd_krylov_trim)
-#define pd_krylov_solve PD_NAME(pd_krylov_solve)
-
+#ifdef PDI_INTERNAL
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
-PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Give back what has grown. */
-PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
  * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
-PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                                 const double *b, double *x, pd_krylov_result *result);
+PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                  const double *b, double *x, pd_krylov_result *result);
 
-#ifdef PDI_INTERNAL
 /* Arrays of a pd_krylov, and one without them, which can be counted. */
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
@@ -1893,7 +1882,7 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
  *
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
  * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
- * in single precision, scaled by a power of two; each cycle scales its right-hand side likewise.
+ * in single precision, scaled by a power of two; each cycle scales its right-hand side, too.
  *
  * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
  * conductor around it hold, and these may be below the rounding of its own links. So with desc.contrast each level
@@ -1928,37 +1917,31 @@ typedef struct pd_multigrid {
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
-#define pd_multigrid_build PD_NAME(pd_multigrid_build)
-#define pd_multigrid_free PD_NAME(pd_multigrid_free)
-#define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
-#define pd_multigrid_mass PD_NAME(pd_multigrid_mass)
-#define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
-
+#ifdef PDI_INTERNAL
 /* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
-PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
-PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
+PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
  * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
  * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
  * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
-PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
-                                    const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
-                                    const float *wall, const float *mass);
+PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                     const float *wall, const float *mass);
 /* Take other walls and masses; the active cells and their faces stay those of the last setup, which this costs a small
  * part of. desc.symmetric only. The same bits as a setup gives. PD_ERR_ARGUMENT: as of setup, or there was none. */
-PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
-                                   const float *mass);
+PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                    const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
  * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
  * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
  * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
  * transfers with rescaled coarse operators). */
-PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
-#ifdef PDI_INTERNAL
 /* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
@@ -2138,7 +2121,7 @@ PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *process, double 
 #endif
 
 /* ======== >>solve/least_squares.h ======== */
-/* least_squares: bounded least squares over a few parameters of a function that is dear and not exact: a run.
+/* least_squares: bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *
  * Levenberg-Marquardt steps in parameters scaled to their bounds; derivatives are difference quotients whose step
  * weighs the noise of the function, measured first, against their curvature, and are carried on by secant updates
@@ -2180,15 +2163,14 @@ typedef struct pd_least_squares_result {
     int idle;            /* parameter without effect, counted from 1, that ended the fit; 0: none */
 } pd_least_squares_result;
 
-#define pd_least_squares_solve PD_NAME(pd_least_squares_solve)
-#define pd_least_squares_quantile PD_NAME(pd_least_squares_quantile)
-
+#ifdef PDI_INTERNAL
 /* PD_ERR_ARGUMENT: bounds, a start outside of them, fewer points than parameters, a parameter without effect.
  * PD_NOT_CONVERGED: no step lowers the sum any more, but the tolerance is not reached. Errors of fn. */
-PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
-                                        pd_least_squares_result *result);
+PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
+                                         pd_least_squares_result *result);
 /* Student's t that 97.5 % of the cases stay below; freedom 0: of the normal distribution. */
-PD_API double pd_least_squares_quantile(int freedom);
+PDI_FN double pdi_least_squares_quantile(int freedom);
+#endif
 
 #endif
 
@@ -2229,11 +2211,11 @@ typedef struct pd_flow_desc {
     double force[PD_DIM];   /* [m/s2] body force per mass */
     pd_velocity_fn body;    /* [m/s2] body force at places of fluid nodes, on top of `force`; NULL: none */
     void *body_user;
-    double *clock;          /* [s] where inlet, wall and body read the time: pd_flow_at writes it before it asks them.
+    double *clock;          /* [s] where inlet, wall and body read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double p_out;           /* [Pa] at outlets */
     double speed;           /* [m/s] reference U that results report residuals against; 0: that of the flow */
-    double length;          /* [m] reference L, likewise */
+    double length;          /* [m] reference L of the same reports; 0: that of the flow */
     pd_velocity_fn inlet;   /* NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
@@ -2281,11 +2263,7 @@ typedef struct pd_flow {
 
 #define pd_flow_build PD_NAME(pd_flow_build)
 #define pd_flow_update PD_NAME(pd_flow_update)
-#define pd_flow_prepare PD_NAME(pd_flow_prepare)
-#define pd_flow_at PD_NAME(pd_flow_at)
-#define pd_flow_residual PD_NAME(pd_flow_residual)
 #define pd_flow_section PD_NAME(pd_flow_section)
-#define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
 #define pd_flow_free PD_NAME(pd_flow_free)
 
 /* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
@@ -2295,20 +2273,36 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 /* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+#ifdef PDI_INTERNAL
 /* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
  * of a given flow. */
-PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
+PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
  * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
  * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
-PD_API pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
-PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+#endif
 /* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
+#ifdef PDI_INTERNAL
 /* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
-PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
+static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int index)
+{
+    const pd_grid *grid = flow->grid;
+    double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
+    }
+    return sum;
+}
+#endif
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
@@ -2447,9 +2441,9 @@ typedef struct pdi_jacobian_step {
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
-/* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */
+/* Linearise about the state that the flow was prepared with last (pdi_flow_prepare). */
 PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *jacobian);
-/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pd_flow_residual along the step, to
+/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pdi_flow_residual along the step, to
  * seven digits of their largest terms. */
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_step *step,
                                double *yu, double *yc);
@@ -2503,7 +2497,7 @@ PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, 
 typedef struct pdi_precond {
     pd_multigrid *poisson;    /* one cycle of it stands for the inverse of -lap */
     pd_multigrid *seep;       /* one cycle of it stands for the inverse of -div(mobility grad) */
-    pd_multigrid *damped;     /* the same of pdi_precond_damping - lap; NULL: none */
+    pd_multigrid *damped;     /* one cycle stands for the inverse of pdi_precond_damping - lap; NULL: none */
     double shift;             /* [1/s] of the momentum balance */
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;
@@ -2564,7 +2558,7 @@ typedef struct pd_steady {
 
 typedef struct pd_steady_result {
     double momentum;    /* [-] max |momentum residual| over U^2/L + nu U/L^2 with the reference speed and length */
-    double continuity;  /* [-] max |continuity residual| L/U, likewise */
+    double continuity;  /* [-] max |continuity residual| L/U, with the same U and L */
     double excess;      /* [-] larger residual against the scales of the flow, over the tolerance */
     int newton, krylov; /* steps and iterations of this solve */
     int64_t evaluations;
@@ -2620,7 +2614,7 @@ typedef struct pd_quasi_steady {
     pd_steady *steady;
     pd_steady_result result; /* of the last solve */
     int stale;               /* the geometry, or what stands outside, has changed since */
-    double moved;            /* [-] by how much what stands outside has, see pd_flow_at */
+    double moved;            /* [-] by how much what stands outside has, see pdi_flow_at */
     double time;             /* [s] of what stands outside */
     int64_t solves, krylov, evaluations;
 } pd_quasi_steady;
@@ -2854,9 +2848,8 @@ typedef struct pd_gas {
 #define pd_gas_step PD_NAME(pd_gas_step)
 #define pd_gas_run PD_NAME(pd_gas_run)
 #define pd_gas_process PD_NAME(pd_gas_process)
-#define pd_gas_stock PD_NAME(pd_gas_stock)
-#define pd_gas_store PD_NAME(pd_gas_store)
 #define pd_gas_free PD_NAME(pd_gas_free)
+#define pd_gas_store PD_NAME(pd_gas_store)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
  * gradient); inlets hold the state that the caller gives their ghosts (a far field: waves leave through them too).
@@ -2873,10 +2866,12 @@ PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
 /* The gas as a part of a run, for pd_couple_add, with ledgers of mass and energy. */
 PD_API pd_process pd_gas_process(pd_gas *gas);
+#ifdef PDI_INTERNAL
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
-PD_API void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
-/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors of
- * pd_store_bytes; PD_ERR_STATE: the state is not admissible. */
+PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
+#endif
+/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors: those
+ * of the archive; PD_ERR_STATE: the state is not admissible. */
 PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
@@ -2931,21 +2926,16 @@ typedef struct pd_diffusion {
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;
 
-#define pd_diffusion_build PD_NAME(pd_diffusion_build)
-#define pd_diffusion_update PD_NAME(pd_diffusion_update)
-#define pd_diffusion_renew PD_NAME(pd_diffusion_renew)
-#define pd_diffusion_free PD_NAME(pd_diffusion_free)
-
-/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
-PD_API pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
-                                    pd_diffusion *diffusion);
-/* After pd_bonds_update. */
-PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
-/* `held` gives other values than before, on the same surfaces. */
-PD_API void pd_diffusion_renew(pd_diffusion *diffusion);
-PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
-
 #ifdef PDI_INTERNAL
+/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
+                                     pd_diffusion *diffusion);
+/* After pd_bonds_update. */
+PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+/* `held` gives other values than before, on the same surfaces. */
+PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
+PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
+
 /* Arrays of a pd_diffusion. */
 PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
@@ -3000,7 +2990,7 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
 /* ======== >>transport/flux.h ======== */
-/* flux: what bonds carry from node to node: upwinded advection and diffusion, and the antidiffusive fluxes that take
+/* flux: advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  * back what upwinding adds (theory: eq. 5.1, 5.4).
  */
 #ifndef PD_FLUX_H
@@ -3017,7 +3007,7 @@ typedef struct pd_flux {
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
     int even;                      /* ... 1: it is */
-    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes are told from */
+    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
@@ -3052,7 +3042,7 @@ PDI_FN void pdi_flux_anti(const pd_ctx *ctx, const pd_flux *t, const double *c, 
 /* The derivative of that along x [total], with its images and zero at inlets, from those of the limiter along x. */
 PDI_FN void pdi_flux_anti_by(const pd_ctx *ctx, const pd_flux *t, const double *c, const double *x,
                              const double *factor_by, const double *slope_by, double *y);
-/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: as told by
+/* Flux [mol/s] towards + of all bonds through the plane before index `index` of `axis`; anti: those of
  * pdi_flux_anti, or NULL. */
 PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index);
 /* Of bond k of node i: volume flux F [1/s] to the far end, conductance [1/s], and what upwinding adds to it [1/s]. */
@@ -3088,7 +3078,7 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #endif
 
 /* ======== >>transport/transport.h ======== */
-/* transport: conservative, bounded advection and diffusion of dissolved metal on fluid nodes.
+/* transport: steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *
  * dc/dt + sum_j F_ij (c_i + c_j)/2 - sum_j (D a + d)(c_j - c_i) = source - absorb c - sum_j alpha d s_ij  over open
  * bonds, with F_ij the volume flux of the flow and d = max(|F|/2 - D a, 0) the diffusion that makes the left side an
@@ -3110,7 +3100,7 @@ typedef struct pd_transport_desc {
     double inlet;           /* [mol/m3] concentration of the inflow */
     pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
-    double *clock;          /* [s] where held and entering read the time: pd_transport_at writes it before it asks them.
+    double *clock;          /* [s] where held and entering read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double initial;         /* [mol/m3] */
     pd_advection advection;
@@ -3133,10 +3123,10 @@ typedef struct pd_transport {
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step, work */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
-    double *absorb;         /* [total] [1/s] likewise; source - absorb c enters the fluid */
+    double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
-    double ceiling;         /* [mol/m3] likewise: what sources lift the fluid to at most; HUGE_VAL: anything */
+    double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
@@ -3178,29 +3168,31 @@ typedef struct pd_transport_result {
 
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
-#define pd_transport_at PD_NAME(pd_transport_at)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
+/* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
  * concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
 PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
+#ifdef PDI_INTERNAL
 /* Values that are held and enter become those of time [s]; nothing happens without a clock. */
-PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
+PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time);
+#endif
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+#ifdef PDI_INTERNAL
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
  * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
-PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+#endif
 /* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
@@ -3256,7 +3248,7 @@ PDI_FN int pdi_transport_within(const pd_transport *transport, const double *sta
 #endif
 
 /* ======== >>transport/explicit.h ======== */
-/* explicit: transport by forward Euler steps (eq. 5.3), and how long they may be. */
+/* explicit: forward Euler steps of transport, and how long they may be (theory: eq. 5.3). */
 #ifndef PD_EXPLICIT_H
 #define PD_EXPLICIT_H
 
@@ -3359,7 +3351,6 @@ typedef struct pd_advance {
 
 #define pd_advance_build PD_NAME(pd_advance_build)
 #define pd_advance_step PD_NAME(pd_advance_step)
-#define pd_advance_next PD_NAME(pd_advance_next)
 #define pd_advance_run PD_NAME(pd_advance_run)
 #define pd_advance_process PD_NAME(pd_advance_process)
 #define pd_advance_free PD_NAME(pd_advance_free)
@@ -3370,9 +3361,7 @@ PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd
 /* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
  * stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
-/* One step of controlled error that does not pass t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
-PD_API pd_status pd_advance_next(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
-/* Such steps up to t_end [s]. */
+/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
 PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
 /* The transport as a part of a run, for pd_couple_add: by such steps. */
 PD_API pd_process pd_advance_process(pd_advance *advance);
@@ -3407,34 +3396,26 @@ typedef struct pd_material {
     double charge;     /* [-] electrons given off by one atom */
 } pd_material;
 
-#define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
-#define pd_material_steel304 PD_NAME(pd_material_steel304)
-#define pd_material_copper PD_NAME(pd_material_copper)
-#define pd_material_alloy625 PD_NAME(pd_material_alloy625)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
 
-/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
+/* The preset of a name: 1 when there is one, else 0 and *material stays.
+ *
+ * mg4ag: Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
- * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
-PD_API pd_material pd_material_mg4ag(void);
-/* Stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic masses of IUPAC
- * 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L. */
-PD_API pd_material pd_material_steel304(void);
-/* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
-PD_API pd_material pd_material_copper(void);
-/* Nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095, 2.4856); with
- * the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+ and Nb5+.
- * Cs = 141.2 mol/L. */
-PD_API pd_material pd_material_alloy625(void);
-/* The preset of a name ("mg4ag", "steel304", "copper", "alloy625"). 1 when there is one, else *material stays. */
+ * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted.
+ * steel304: stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic
+ * masses of IUPAC 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L.
+ * copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2.
+ * alloy625: nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095,
+ * 2.4856); with the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+
+ * and Nb5+. Cs = 141.2 mol/L. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
 /* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
 PD_API double pd_material_speed(const pd_material *material, double current);
-
 #ifdef PDI_INTERNAL
 #define PDI_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
 #endif
@@ -3482,7 +3463,6 @@ typedef struct pd_grain_stats {
 #define pd_grain_build PD_NAME(pd_grain_build)
 #define pd_grain_free PD_NAME(pd_grain_free)
 #define pd_grain_fraction PD_NAME(pd_grain_fraction)
-#define pd_grain_measure PD_NAME(pd_grain_measure)
 
 /* Ids of the solid nodes and of all nodes within one stencil reach of them. The same bits for any thread count.
  * PD_ERR_ARGUMENT: a parameter out of range, a size below the spacing. PD_ERR_SIZE: too many grains. */
@@ -3493,14 +3473,16 @@ PD_API void pd_grain_free(pd_ctx *ctx, pd_grain *grain);
  * coarse grids on (0.5 % at 4 cells a grain). PD_ERR_ARGUMENT: grains of another grid. */
 PD_API pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_grain *grain,
                                    float *fraction);
+#ifdef PDI_INTERNAL
 /* Statistics of the solid as it is; fraction from pd_grain_fraction, or NULL (boundary_fraction is then 0). */
-PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
-                                  pd_grain_stats *stats);
+PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
+                                   pd_grain_stats *stats);
+#endif
 
 #endif
 
 /* ======== >>metal/law.h ======== */
-/* law: the law of dissolution at one node of the fluid, solved and not guessed.
+/* law: the law of dissolution at one node of the fluid: its speed behind a film, its jumps, the salt layer.
  *
  * Metal at the surface dissolves at v(s), where s is the concentration there. What dissolves diffuses through the film
  * between the surface and the node, so that
@@ -3639,6 +3621,7 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
  */
 #ifndef PD_FRONT_H
 #define PD_FRONT_H
+#include <math.h>
 
 typedef enum pd_kernel {
     PD_KERNEL_AREA = 0, /* b = c(n), the area weights of eq. 6.3: f closest to 1 in all directions */
@@ -3655,18 +3638,22 @@ typedef struct pd_front {
                      * micro-dissolvability of that paper is k_diss = v ln(Cs/Csat) micro. 0 otherwise */
 } pd_front;
 
-#define pd_front_build PD_NAME(pd_front_build)
-#define pd_front_measure PD_NAME(pd_front_measure)
-#define pd_front_free PD_NAME(pd_front_free)
-
+#ifdef PDI_INTERNAL
 /* The stencil is borrowed. PD_WEIGHTS_PRINTED: continuum coefficients, for which f = 1 only when m is large; on unequal
  * spacings those of the smallest one times (delta_ref/delta_theta)^d, delta_theta = m |xi|/|n|. PD_ERR_ARGUMENT:
  * there are no printed area weights, and in 1D no inverse squares. PD_ERR_GEOMETRY: a calibrated weight is negative. */
-PD_API pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
-                                pd_front *front);
+PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                 pd_front *front);
+PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *front);
 /* f(N) [-] of a unit vector. */
-PD_API double pd_front_measure(const pd_front *front, const double *normal);
-PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
+static inline double pdi_front_measure(const pd_front *front, const double *normal)
+{
+    double sum = 0.0;
+    for (int k = 0; k < front->stencil->count; k++)
+        sum += 0.5 * front->weight[k] * fabs(pdi_vec_dot(front->stencil->xi + k * PD_DIM, normal));
+    return sum;
+}
+#endif
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_front_list(pdi_owner *owner, void *front);
@@ -3754,7 +3741,7 @@ typedef struct pd_dissolve {
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
-    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
+    double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
     double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
                                * any */
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
@@ -3967,48 +3954,48 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
 #endif
 
 /* ======== >>metal/dissolve.h ======== */
-/* dissolve: surface-rate dissolution. Solid nodes lose metal through the bonds that join them to fluid.
+/* dissolve: a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
+ * that join them to fluid. Law and transport are solved together for the end of the step. Amounts are moved, never
+ * dropped; metal that a step would use up gives what it has (eq. 6.6b).
  *
- * A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean of V(c_i), the
- * recession speed of the law behind the film between the surface and node i (law.h), over the nodes whose bonds the
- * metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands for: a flat front
- * recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). Law and transport are solved together for the end
- * of the step. The set of solid nodes would lead the metal by about one cell, and a curved front be too fast: so a
- * node joins the fluid when as much is left as the node set leads on average, and its solid neighbours take over the
- * rest (their content may exceed Cs: the surface stands out of the cell). The share `threshold` of the content stays in
- * the node as dissolved metal. Amounts are moved, never dropped;
- * metal that a step would use up gives what it has (eq. 6.6b).
+ * Surface rate. A bond of offset n from solid node j moves  V f_j c(n) Cs  [mol/m3/s] into the fluid, with V the mean
+ * of V(c_i), the recession speed of the law behind the film between the surface and node i (law.h), over the nodes
+ * whose bonds the metal cuts there (eq. 6.2c), f_j the grain factor and c(n) the interface area that the bond stands
+ * for: a flat front recedes at V for every h, m and direction (theory: eq. 6.1 to 6.4). The set of solid nodes would
+ * lead the metal by about one cell, and a curved front be too fast: so a node joins the fluid when as much is left as
+ * the node set leads on average, and its solid neighbours take over the rest (their content may exceed Cs: the surface
+ * stands out of the cell). The share `threshold` of the content stays in the node as dissolved metal.
+ *
+ * Bonds. A bond moves V(c_i) b(n) (Cs - Csat) [mol/m3/s] to the node at its far end (theory: eq. 6.7). Fluid at Csat
+ * takes what transport carries away and no more, the salt layer (6.11). A node that is down to Csat turns fluid.
  */
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
-#define pd_dissolve_fastest PD_NAME(pd_dissolve_fastest)
-#define pd_dissolve_transport PD_NAME(pd_dissolve_transport)
-#define pd_dissolve_finish PD_NAME(pd_dissolve_finish)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
 #define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+#ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
  * node, place and concentration). */
-PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
-PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
-PD_API pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
+PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
-PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
 /* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+#endif
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
@@ -4187,7 +4174,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 PD_API double pd_couple_imbalance(const pd_couple *couple);
 /* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
  * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
- * Errors of pd_store_bytes and pd_store_check, PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
+ * Errors: those of the archive; PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
 PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_archive *archive);
 
 #endif
@@ -4218,18 +4205,17 @@ typedef struct pd_file {
 
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)
 #define pd_file_join PD_NAME(pd_file_join)
-#define pd_file_frame_name PD_NAME(pd_file_frame_name)
 
 /* Make a directory and the missing ones above it; an existing directory is fine. PD_ERR_FILE. */
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
+#ifdef PDI_INTERNAL
 /* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
  * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PD_API pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
-                                    char *name);
+PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
+                                     char *name);
 
-#ifdef PDI_INTERNAL
 /* 1: the path stays below the folder it is taken from: not absolute, no drive, no '..' among its parts. */
 PDI_FN int pdi_file_below(const char *path);
 /* What making the directory and files in it would be refused for, as far as that can be told without trying. */
@@ -4335,7 +4321,6 @@ typedef struct pd_store {
 #define pd_store_create PD_NAME(pd_store_create)
 #define pd_store_open PD_NAME(pd_store_open)
 #define pd_store_close PD_NAME(pd_store_close)
-#define pd_store_abandon PD_NAME(pd_store_abandon)
 
 /* Begin a file aside; one under this name stays until pd_store_close. PD_ERR_FILE. */
 PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
@@ -4345,10 +4330,11 @@ PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store)
 PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
 /* Put the file in place, or see that all of it was read. Closed on failure, too. */
 PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
-/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
-PD_API void pd_store_abandon(pd_store *store);
 
 #ifdef PDI_INTERNAL
+/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
+PDI_FN void pdi_store_abandon(pd_store *store);
+
 /* Begin a file in memory, in place of one that is kept there. pd_store_close ends it and keeps it. */
 PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *store);
 /* Put what is kept under that name. PD_ERR_FILE. */
@@ -4385,29 +4371,23 @@ typedef struct pd_folder {
     int removed;            /* files of the former run that went */
 } pd_folder;
 
-#define pd_folder_open PD_NAME(pd_folder_open)
-#define pd_folder_check PD_NAME(pd_folder_check)
-#define pd_folder_lock PD_NAME(pd_folder_lock)
-#define pd_folder_add PD_NAME(pd_folder_add)
-#define pd_folder_store PD_NAME(pd_folder_store)
-#define pd_folder_resume PD_NAME(pd_folder_resume)
-#define pd_folder_close PD_NAME(pd_folder_close)
-
+#ifdef PDI_INTERNAL
 /* Make the folder, lock it, remove the files of the former run, begin the list. PD_ERR_STATE: another run is at work
  * there. PD_ERR_ARGUMENT: it holds the files of a run of another name. */
-PD_API pd_status pd_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
-/* What pd_folder_open would refuse; writes nothing. */
-PD_API pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run);
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+/* What pdi_folder_open would refuse; writes nothing. */
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);
 /* Lock a folder, if it is there, whose run goes on. */
-PD_API pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
 /* path[PD_PATH_SIZE] of a file that is about to be written, and its line in the list. */
-PD_API pd_status pd_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
+PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
 /* Note the length of the list, or read it back. */
-PD_API pd_status pd_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
 /* Then go on with the list: files behind that length are removed, since the run writes them again. */
-PD_API pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *folder);
+PDI_FN pd_status pdi_folder_resume(pd_ctx *ctx, pd_folder *folder);
 /* Give the lock back. Allowed on a zeroed folder, and twice. */
-PD_API void pd_folder_close(pd_folder *folder);
+PDI_FN void pdi_folder_close(pd_folder *folder);
+#endif
 
 #endif
 
@@ -4429,19 +4409,16 @@ typedef struct pd_image {
     uint8_t *pixels;
 } pd_image;
 
-#define pd_image_free PD_NAME(pd_image_free)
-#define pd_image_gray PD_NAME(pd_image_gray)
-#define pd_png_write PD_NAME(pd_png_write)
-#define pd_png_read PD_NAME(pd_png_read)
-
-PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 /* Luminance 0..255 (Rec. 601 weights) of a pixel over white paper; row 0 on top. */
-PD_API int pd_image_gray(const pd_image *image, int column, int row);
+PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
-PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Read an image; palettes become RGB, or RGBA when they carry transparency. PD_ERR_FILE: not readable;
  * PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
-PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+#endif
 
 #endif
 
@@ -4470,7 +4447,7 @@ typedef enum pdi_align {
     PDI_ALIGN_END
 } pdi_align;
 
-/* A blank sheet; free image with pd_image_free. */
+/* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
@@ -4569,12 +4546,13 @@ typedef struct pd_picture {
     const char *title, *stamp, *label; /* "Mg pin", "t = 6.1 s", "C [mol/m3]"; NULL: none */
 } pd_picture;
 
-#define pd_picture_draw PD_NAME(pd_picture_draw)
 #define pd_picture_write PD_NAME(pd_picture_write)
 
-/* Draw into an RGB image (freed by pd_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
+#ifdef PDI_INTERNAL
+/* Draw into an RGB image (freed by pdi_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
  * thinner than 120 pixels is stretched and the axis says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PD_API pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+#endif
 /* Draw and write as PNG. Also PD_ERR_FILE. */
 PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
 
@@ -4613,11 +4591,12 @@ typedef struct pd_plot {
     int width, height;             /* [pixel] 0: 1100 x 760 */
 } pd_plot;
 
-#define pd_plot_draw PD_NAME(pd_plot_draw)
 #define pd_plot_write PD_NAME(pd_plot_write)
 
-/* Draw into an RGB image (freed by pd_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
-PD_API pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+#ifdef PDI_INTERNAL
+/* Draw into an RGB image (freed by pdi_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+#endif
 /* Draw and write as PNG. Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
 
@@ -4712,42 +4691,32 @@ typedef struct pd_table {
     size_t line_capacity;
 } pd_table;
 
-#define pd_csv_create PD_NAME(pd_csv_create)
-#define pd_csv_row PD_NAME(pd_csv_row)
-#define pd_csv_close PD_NAME(pd_csv_close)
-#define pd_csv_write PD_NAME(pd_csv_write)
-#define pd_table_read PD_NAME(pd_table_read)
-#define pd_table_find PD_NAME(pd_table_find)
-#define pd_table_text PD_NAME(pd_table_text)
-#define pd_table_column PD_NAME(pd_table_column)
-#define pd_table_free PD_NAME(pd_table_free)
-
+#ifdef PDI_INTERNAL
 /* Start a file with a comment (its source; NULL: none) and the names of its columns, written aside and renamed, then
  * open it for appending. An older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a
  * control character. */
-PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, pd_csv *csv);
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                                int columns, pd_csv *csv);
 /* Append values[columns] and flush: the row is in the file when this returns. PD_ERR_FILE. */
-PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
+PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
-PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
-PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                              int columns, const double *values, int64_t rows);
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                               int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
-PD_API pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table);
+PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
 /* Number of the column of this name, -1: none. */
-PD_API int pd_table_find(const pd_table *table, const char *name);
+PDI_FN int pdi_table_find(const pd_table *table, const char *name);
 /* Text of a field; row -1 is the row of names. */
-PD_API const char *pd_table_text(const pd_table *table, int row, int column);
+PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
 /* values[rows] of the column of this name. PD_ERR_PARSE with file:line: no such column, not a number. */
-PD_API pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
-PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
+PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 
-#ifdef PDI_INTERNAL
 /* Note the length of a table that is open; or, reading, open that of `path` and go on from this length: rows behind it
  * are cut off. PD_ERR_FILE: it is shorter, or another one. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
@@ -4761,15 +4730,14 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
 #ifndef PD_PROGRESS_H
 #define PD_PROGRESS_H
 
-#define pd_progress_line PD_NAME(pd_progress_line)
-#define pd_progress_duration PD_NAME(pd_progress_duration)
-
+#ifdef PDI_INTERNAL
 /* line[size] = "dissolve [#########.................]  36.1 %  2 min 05 s, 3 min 41 s left". fraction in 0..1 (clamped;
  * NaN counts as 0), elapsed [s]. The time left assumes that work goes on at the mean rate; below 0.1 % or 1 s no
  * figure is given. Always ended by 0, cut when size is too small. */
-PD_API void pd_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size);
+PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size);
 /* text[size] = "0.25 s", "12.3 s", "2 min 05 s", "3 h 07 min", "12 d 4 h" of a time in seconds. */
-PD_API void pd_progress_duration(double seconds, char *text, size_t size);
+PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
+#endif
 
 #endif
 #endif /* cut */
@@ -4791,25 +4759,23 @@ typedef struct pd_dims {
     double e[6]; /* [-] */
 } pd_dims;
 
-#define PD_UNITS_TEXT 96 /* [byte] room for what pd_units_format and pd_units_describe write */
+#define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format and pdi_units_describe write */
 
 #define pd_units_parse PD_NAME(pd_units_parse)
 #define pd_units_same PD_NAME(pd_units_same)
-#define pd_units_describe PD_NAME(pd_units_describe)
-#define pd_units_format PD_NAME(pd_units_format)
 
 /* Read a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL.
  * PD_ERR_PARSE: not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
 /* 1 when both dimensions agree. */
 PD_API int pd_units_same(const pd_dims *a, const pd_dims *b);
-/* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
-PD_API void pd_units_describe(const pd_dims *dims, char *text);
-/* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
- * into text[PD_UNITS_TEXT]. What it prints can be read back by pd_expr_build. */
-PD_API void pd_units_format(double value, const pd_dims *dims, char *text);
-
 #ifdef PDI_INTERNAL
+/* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
+PDI_FN void pdi_units_describe(const pd_dims *dims, char *text);
+/* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
+ * into text[PD_UNITS_TEXT]. What it prints can be read back by pdi_expr_build. */
+PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text);
+
 /* A unit as a quotient: value * num / den rounds once, so that "80 um" is the double 80e-6. */
 typedef struct pdi_units_product {
     double num, den;
@@ -4871,19 +4837,15 @@ typedef struct pd_curve {
     double *slope;  /* [count] [-] (unit of y over that of x) */
 } pd_curve;
 
-#define pd_curve_build PD_NAME(pd_curve_build)
-#define pd_curve_eval PD_NAME(pd_curve_eval)
-#define pd_curve_free PD_NAME(pd_curve_free)
-
+#ifdef PDI_INTERNAL
 /* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
  * or a secant without a finite slope. */
-PD_API pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
 /* Value at x: y itself at a point. Reads only, so threads may share the curve. NaN of NaN. `strict` lets x pass the
  * ends by 1e-5 of the length, for difference quotients at them. */
-PD_API double pd_curve_eval(const pd_curve *curve, double x);
-PD_API void pd_curve_free(pd_ctx *ctx, pd_curve *curve);
+PDI_FN double pdi_curve_eval(const pd_curve *curve, double x);
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *curve);
 
-#ifdef PDI_INTERNAL
 /* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
 #endif
@@ -4923,7 +4885,7 @@ typedef struct pd_expr_table {
 
 typedef struct pd_expr_desc {
     const char *text;
-    const pd_expr_symbol *vars; /* the values that pd_expr_eval gets, in this order */
+    const pd_expr_symbol *vars; /* the values that pdi_expr_eval gets, in this order */
     int var_count;
     const pd_expr_symbol *consts;
     int const_count;
@@ -4944,24 +4906,19 @@ typedef struct pd_expr {
     const pd_expr_table *tables; /* those of desc */
 } pd_expr;
 
-#define pd_expr_build PD_NAME(pd_expr_build)
-#define pd_expr_free PD_NAME(pd_expr_free)
-#define pd_expr_eval PD_NAME(pd_expr_eval)
-#define pd_expr_constant PD_NAME(pd_expr_constant)
-
+#ifdef PDI_INTERNAL
 /* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
  * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what
  * was expected.
  * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
-PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
-PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
+PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
+PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* Value in SI for the variables vars[var_count] in SI. Reads only, so threads may share the expression. The result may
  * be NaN or infinite where the mathematics is; the caller checks. An expression that was never built gives NaN. */
-PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
+PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
 /* 1 when the value depends on no variable; vars may then be NULL. */
-PD_API int pd_expr_constant(const pd_expr *expr);
+PDI_FN int pdi_expr_constant(const pd_expr *expr);
 
-#ifdef PDI_INTERNAL
 /* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);
 /* 1 when the name is a function or a built-in constant. */
@@ -4981,7 +4938,7 @@ PDI_FN int pdi_expr_taken(const char *name);
  * parentheses (not ==, <=, >=) and ends before the next one or at the end of the line; commas and blanks around the
  * value do not count. A file without any section line is flat: its numbers are SI and need no unit.
  *
- * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pd_text_unused).
+ * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pdi_text_unused).
  * Every message starts with file:line.
  */
 #ifndef PD_TEXT_H
@@ -5031,7 +4988,7 @@ typedef struct pd_text {
     int entry_count, entry_room;
     pd_text_key *asked; /* keys that were asked for, by group */
     int asked_count, asked_room;
-    pd_text_block *block; /* own the strings; they stay where they are until pd_text_free */
+    pd_text_block *block; /* own the strings; they stay where they are until pdi_text_free */
     int block_count, block_room;
     pd_status failed; /* of a call that could not say so: not enough memory */
 } pd_text;
@@ -5041,86 +4998,67 @@ typedef struct pd_word_list {
     char word[PD_TEXT_WORDS][PD_TEXT_WORD];
 } pd_word_list;
 
-#define pd_text_build PD_NAME(pd_text_build)
-#define pd_text_read PD_NAME(pd_text_read)
-#define pd_text_free PD_NAME(pd_text_free)
-#define pd_text_override PD_NAME(pd_text_override)
-#define pd_text_flat PD_NAME(pd_text_flat)
-#define pd_text_section PD_NAME(pd_text_section)
-#define pd_text_next PD_NAME(pd_text_next)
-#define pd_text_has PD_NAME(pd_text_has)
-#define pd_text_string PD_NAME(pd_text_string)
-#define pd_text_number PD_NAME(pd_text_number)
-#define pd_text_numbers PD_NAME(pd_text_numbers)
-#define pd_text_integer PD_NAME(pd_text_integer)
-#define pd_text_bool PD_NAME(pd_text_bool)
-#define pd_text_choice PD_NAME(pd_text_choice)
-#define pd_text_words PD_NAME(pd_text_words)
-#define pd_text_ranges PD_NAME(pd_text_ranges)
-#define pd_text_expr PD_NAME(pd_text_expr)
-#define pd_text_exprs PD_NAME(pd_text_exprs)
-#define pd_text_refuse PD_NAME(pd_text_refuse)
-#define pd_text_unused PD_NAME(pd_text_unused)
-
+#ifdef PDI_INTERNAL
 /* Take a copy of bytes[size]; name stands in messages. PD_ERR_PARSE: not text, not the format, a key twice, too many
  * pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
-PD_API pd_status pd_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
+PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
 /* The same from a file. PD_ERR_FILE: it cannot be read or is too large. */
-PD_API pd_status pd_text_read(pd_ctx *ctx, const char *path, pd_text *text);
-PD_API void pd_text_free(pd_ctx *ctx, pd_text *text);
+PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
+PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
 /* Apply a command-line argument `key=value`, `section.key=value` or `section.label.key=value`. A bare key must stand
  * in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one then fails in
- * pd_text_unused. PD_ERR_PARSE. */
-PD_API pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
-PD_API int pd_text_flat(const pd_text *text);
+ * pdi_text_unused. PD_ERR_PARSE. */
+PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
+PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
  * the name "". -1: out of memory, which the next call that returns a status tells. */
-PD_API int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
+PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
-PD_API int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
+PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
 /* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
-PD_API int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
+PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives
  * the dimension ("um" asks for a length); values come in SI. PD_ERR_PARSE with file:line, what was found, what was
  * expected; PD_ERR_ARGUMENT: section -1. */
 /* The value as it stands. It lives as long as the text (or is fallback itself). */
-PD_API pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                const char **value);
+PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                 const char **value);
 /* A constant finite expression. */
-PD_API pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const char *fallback, double *value);
+PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, double *value);
 /* A list `a, b, c` of 1 to max numbers. */
-PD_API pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, int max, double *values, int *count);
+PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                  const char *fallback, int max, double *values, int *count);
 /* A whole number in [low, high]. */
-PD_API pd_status pd_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                                 const char *fallback, int *value);
+PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                  const char *fallback, int *value);
 /* yes, true, on: 1; no, false, off: 0. */
-PD_API pd_status pd_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                              int *value);
+PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                               int *value);
 /* Index of the value in names, which ends with NULL. */
-PD_API pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                                const char *fallback, int *index);
+PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                 const char *fallback, int *index);
 /* A list `C, v, p` of words of letters, digits and _ + - . */
-PD_API pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               pd_word_list *list);
+PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                pd_word_list *list);
 /* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
-PD_API pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const char *fallback, int max, double *low, double *high, int *count);
-/* An expression in vars; unit NULL: of any dimension. The caller frees it with pd_expr_free. */
-PD_API pd_status pd_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                              const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
+PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, int max, double *low, double *high, int *count);
+/* An expression in vars; unit NULL: of any dimension. The caller frees it with pdi_expr_free. */
+PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
 /* A list of 1 to max expressions; on failure none is left to free. */
-PD_API pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                               const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
-                               pd_expr *exprs, int *count);
+PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                pd_expr *exprs, int *count);
 /* Report that the value of a key is not admissible: sets "file:line: key: message", returns PD_ERR_ARGUMENT. */
-PD_API pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
-                                ...) PD_PRINTF_LIKE(5, 6);
+PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                 ...) PD_PRINTF_LIKE(5, 6);
 /* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
-PD_API pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text);
+PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
+#endif
 
 #endif
 
@@ -5352,7 +5290,7 @@ typedef struct pd_setup {
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
     double inlet;           /* [mol/m3] of all inlets when `enters` is 0 */
-    int enters;             /* 1: what enters is told by the sides */
+    int enters;             /* 1: the sides say what enters */
     pd_expr initial;        /* of x, y, z; in mol/m3 */
     pd_advection advection;
     double limiter;         /* [-] change of the field at which the limiter stops; 0: that of transport.h */
@@ -5399,11 +5337,12 @@ typedef struct pd_setup {
     int notes;
 } pd_setup;
 
-#define pd_setup_init PD_NAME(pd_setup_init)
 #define pd_setup_free PD_NAME(pd_setup_free)
 
+#ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
-PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
+PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
+#endif
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL
@@ -5459,7 +5398,7 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
 
 #ifdef PDI_INTERNAL
 /* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
- * Whether a key has an effect in this scene is left to pd_text_unused. */
+ * Whether a key has an effect in this scene is left to pdi_text_unused. */
 PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 #endif
 
@@ -5792,28 +5731,23 @@ typedef struct pd_inlet {
     int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
-#define pd_inlet_build PD_NAME(pd_inlet_build)
-#define pd_inlet_mean PD_NAME(pd_inlet_mean)
-#define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
-#define pd_inlet_enters PD_NAME(pd_inlet_enters)
-#define pd_inlet_entering PD_NAME(pd_inlet_entering)
-#define pd_inlet_body PD_NAME(pd_inlet_body)
-
+#ifdef PDI_INTERNAL
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup and grid are borrowed; nothing is
  * allocated. */
-PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 /* Mean velocity [m/s] into the box through a side at inlet->time. */
-PD_API double pd_inlet_mean(const pd_inlet *inlet, int side);
+PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
  * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
-PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u);
 /* A pd_entry_fn, user being the pd_setup: where a given flow enters through open sides. */
-PD_API int pd_inlet_enters(void *user, int side, const double *x);
+PDI_FN int pdi_inlet_enters(void *user, int side, const double *x);
 /* A pd_point_fn, user being the pd_inlet: the concentration [mol/m3] behind inlets and open sides. */
-PD_API double pd_inlet_entering(void *user, const double *x);
+PDI_FN double pdi_inlet_entering(void *user, const double *x);
 /* A pd_velocity_fn, user being the pd_inlet: the body force [m/s2] that is no constant. */
-PD_API void pd_inlet_body(void *user, const double *x, double *force);
+PDI_FN void pdi_inlet_body(void *user, const double *x, double *force);
+#endif
 
 #endif
 
@@ -5822,20 +5756,17 @@ PD_API void pd_inlet_body(void *user, const double *x, double *force);
 #ifndef PD_WALL_H
 #define PD_WALL_H
 
-#define pd_wall_moves PD_NAME(pd_wall_moves)
-#define pd_wall_holds PD_NAME(pd_wall_holds)
-#define pd_wall_velocity PD_NAME(pd_wall_velocity)
-#define pd_wall_held PD_NAME(pd_wall_held)
-
+#ifdef PDI_INTERNAL
 /* 1 when a wall of the setup moves, or holds a concentration. */
-PD_API int pd_wall_moves(const pd_setup *setup);
-PD_API int pd_wall_holds(const pd_setup *setup);
+PDI_FN int pdi_wall_moves(const pd_setup *setup);
+PDI_FN int pdi_wall_holds(const pd_setup *setup);
 /* A pd_velocity_fn and a pd_point_fn; user is the pd_inlet, whose time holds. x lies on a surface. Where two sides meet
  * the velocity is their mean, and the first of them that holds a concentration counts. Off the sides, at rest, the
  * nearest of the wall and solid shapes counts: found within a cell, since surfaces that are not smooth lie on faces of
  * cells. */
-PD_API void pd_wall_velocity(void *user, const double *x, double *u);
-PD_API double pd_wall_held(void *user, const double *x);
+PDI_FN void pdi_wall_velocity(void *user, const double *x, double *u);
+PDI_FN double pdi_wall_held(void *user, const double *x);
+#endif
 
 #endif
 
@@ -5864,13 +5795,15 @@ typedef struct pd_footprint {
 } pd_footprint;
 
 #define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
-#define pd_footprint_check PD_NAME(pd_footprint_check)
 
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
 PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+
+#ifdef PDI_INTERNAL
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
  * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
-PD_API pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+#endif
 
 #endif
 
@@ -5907,15 +5840,12 @@ typedef struct pd_model {
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;
 
-#define pd_model_build PD_NAME(pd_model_build)
-#define pd_model_free PD_NAME(pd_model_free)
-
+#ifdef PDI_INTERNAL
 /* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
  * negative or not finite. */
-PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
-PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
+PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
+PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *model);
 
-#ifdef PDI_INTERNAL
 /* What the solvers have done since the start, and what they have reached; zero where there is none. */
 typedef struct pdi_effort {
     int64_t flow_solves;             /* of a flow in time: steps of the run */
@@ -5934,26 +5864,17 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, p
 #endif
 
 /* ======== >>run/checkpoint.h ======== */
-/* checkpoint: the state of a model in a file, and back into a model built from the same setup.
+/* checkpoint: the state of a model into an archive, and back into a model built from the same setup.
  *
- * What the build gives is not kept. The file is written aside and renamed, so that the one before stays until the new
- * one is complete (store.h). A whole run with its tables and pictures goes on by pd_run_desc (run.h).
+ * What the build gives is not kept. A whole run with its tables and pictures goes on by pd_run_desc (run.h).
  */
 #ifndef PD_CHECKPOINT_H
 #define PD_CHECKPOINT_H
 
-#define pd_checkpoint_save PD_NAME(pd_checkpoint_save)
-#define pd_checkpoint_load PD_NAME(pd_checkpoint_load)
-
-/* Between two steps of model->couple. PD_ERR_FILE: the former file stays. */
-PD_API pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model);
-/* Into a model that was just built: pd_couple_run then goes on with the same bits, with any number of threads.
- * PD_ERR_FILE: missing, cut off or damaged. PD_ERR_ARGUMENT: of another scene, dimension, format or version (the
- * message names the difference). On failure the model is fit for pd_model_free only. */
-PD_API pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model);
-
 #ifdef PDI_INTERNAL
-/* The items of a model, for both ways. */
+/* Between two steps of model->couple, or into a model that was just built: pd_couple_run then goes on with the same
+ * bits, with any number of threads. PD_ERR_ARGUMENT: of another scene (the message names the difference). On failure
+ * the model is fit for pdi_model_free only. */
 PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *archive);
 #endif
 
@@ -5983,16 +5904,12 @@ typedef struct pd_observables {
     double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
 } pd_observables;
 
-#define pd_observe_build PD_NAME(pd_observe_build)
-#define pd_observe PD_NAME(pd_observe)
-#define pd_observe_free PD_NAME(pd_observe_free)
-
-PD_API pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
-/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
-PD_API void pd_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
-PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
-
 #ifdef PDI_INTERNAL
+PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
+/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
+PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
+PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o);
+
 /* What is kept of the instants so far. The build belongs to the start, before the model is read. */
 PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
 #endif
@@ -6014,7 +5931,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
 PDI_FN void pdi_sample_prepare(pd_model *m);
 /* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
  * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
- * fluid cells that x touches. A place on or before a smooth surface in a closed cell is told from the nearest fluid
+ * fluid cells that x touches. A place on or before a smooth surface in a closed cell is taken from the nearest fluid
  * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
  * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
@@ -6053,28 +5970,23 @@ typedef struct pd_output {
     int64_t rows, time_room, loss_room;
 } pd_output;
 
-#define pd_output_open PD_NAME(pd_output_open)
-#define pd_output_save PD_NAME(pd_output_save)
-#define pd_output_resume PD_NAME(pd_output_resume)
-#define pd_output_step PD_NAME(pd_output_step)
-#define pd_output_frame PD_NAME(pd_output_frame)
-#define pd_output_close PD_NAME(pd_output_close)
-#define pd_output_free PD_NAME(pd_output_free)
-
+#ifdef PDI_INTERNAL
 /* Start the tables. model and folder, which is open, are borrowed. PD_ERR_FILE. */
-PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
 /* Note where the files stand. */
-PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
-/* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
+PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
+/* In place of pdi_output_open: go on with the files of a folder where they stood then; what came later is cut off.
  * PD_ERR_FILE: a table is missing or shorter than it was. */
-PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out);
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive,
+                                   pd_output *out);
 /* A row of the tables. */
-PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
+PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */
-PD_API pd_status pd_output_frame(pd_ctx *ctx, pd_output *out);
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
 /* The curve of the volume loss; close the tables. */
-PD_API pd_status pd_output_close(pd_ctx *ctx, pd_output *out);
-PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out);
+PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
+#endif
 
 #endif
 
@@ -6094,10 +6006,10 @@ typedef enum pd_print_kind {
 /* Text without newline; valid during the call. */
 typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
-#define pd_summary_print PD_NAME(pd_summary_print)
-
+#ifdef PDI_INTERNAL
 /* Describe a built model. */
-PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
+PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user);
+#endif
 
 #endif
 
@@ -6105,7 +6017,7 @@ PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *use
 /* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
  *
  *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
- *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times; likewise the local values of a
+ *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times, as are the local values of a
  *                                                                    transfer
  *
  * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
@@ -6139,32 +6051,24 @@ typedef struct pd_monitors {
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
 
-#define pd_monitors_build PD_NAME(pd_monitors_build)
-#define pd_monitors_open PD_NAME(pd_monitors_open)
-#define pd_monitors_save PD_NAME(pd_monitors_save)
-#define pd_monitors_resume PD_NAME(pd_monitors_resume)
-#define pd_monitors_step PD_NAME(pd_monitors_step)
-#define pd_monitors_frame PD_NAME(pd_monitors_frame)
-#define pd_monitors_print PD_NAME(pd_monitors_print)
-#define pd_monitors_close PD_NAME(pd_monitors_close)
-#define pd_monitors_free PD_NAME(pd_monitors_free)
-
+#ifdef PDI_INTERNAL
 /* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
  * too close to other walls. */
-PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an open folder. PD_ERR_FILE. */
-PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
-/* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
-PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
-PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
+/* Note where the tables stand, and, in place of pdi_monitors_open, go on with them from there. */
+PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
 /* The present figures, and a row of the tables that are open. */
-PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
-PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* A line "result case=... monitor=..." with the last figures of each table. */
-PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
-PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
-PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN void pdi_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+#endif
 
 #endif
 
@@ -6188,11 +6092,12 @@ typedef struct pd_figures {
     int count, room;
 } pd_figures;
 
-#define pd_figures_collect PD_NAME(pd_figures_collect)
 #define pd_figures_free PD_NAME(pd_figures_free)
 
+#ifdef PDI_INTERNAL
 /* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
-PD_API pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+#endif
 PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
 
 #endif
@@ -6233,33 +6138,24 @@ typedef struct pd_compare_result {
     double at;            /* [s] time of the largest difference */
 } pd_compare_result;
 
-#define pd_compare_build PD_NAME(pd_compare_build)
-#define pd_compare_free PD_NAME(pd_compare_free)
-#define pd_compare_next PD_NAME(pd_compare_next)
-#define pd_compare_due PD_NAME(pd_compare_due)
-#define pd_compare_step PD_NAME(pd_compare_step)
-#define pd_compare_judge PD_NAME(pd_compare_judge)
-#define pd_compare_write PD_NAME(pd_compare_write)
-#define pd_compare_print PD_NAME(pd_compare_print)
-
+#ifdef PDI_INTERNAL
 /* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
  * dimension than the points. */
-PD_API pd_status pd_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
-                                  int curves, pd_compare *compare);
-PD_API void pd_compare_free(pd_ctx *ctx, pd_compare *compare);
+PDI_FN pd_status pdi_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
+                                   int curves, pd_compare *compare);
+PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *compare);
 /* Time of the next point behind `time` [s], at most t_end [s]. */
-PD_API double pd_compare_next(const pd_compare *compare, double time, double t_end);
-/* 1 when the next call of pd_compare_step needs the figures of this instant. */
-PD_API int pd_compare_due(const pd_compare *compare, double time);
+PDI_FN double pdi_compare_next(const pd_compare *compare, double time, double t_end);
+/* 1 when the next call of pdi_compare_step needs the figures of this instant. */
+PDI_FN int pdi_compare_due(const pd_compare *compare, double time);
 /* What the present figures, which the monitors hold, tell. */
-PD_API pd_status pd_compare_step(pd_ctx *ctx, pd_compare *compare);
-PD_API void pd_compare_judge(const pd_compared *compared, pd_compare_result *result);
+PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *compare);
+PDI_FN void pdi_compare_judge(const pd_compared *compared, pd_compare_result *result);
 /* The files of all points. PD_ERR_FILE. */
-PD_API pd_status pd_compare_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
+PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
 /* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
-PD_API void pd_compare_print(const pd_compare *compare, pd_print_fn print, void *user);
+PDI_FN void pdi_compare_print(const pd_compare *compare, pd_print_fn print, void *user);
 
-#ifdef PDI_INTERNAL
 /* What is kept of the instants so far. */
 PDI_FN pd_status pdi_compare_store(pd_ctx *ctx, pd_compare *compare, pd_archive *archive);
 #endif
@@ -6406,12 +6302,12 @@ typedef struct pd_coarser {
     double share[PD_SETUP_MONITORS];  /* [-] of each monitor in the figures of its section */
 } pd_coarser;
 
-#define pd_coarser_build PD_NAME(pd_coarser_build)
-
+#ifdef PDI_INTERNAL
 /* factor: 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot hold the scene: the box is no whole number of its
  * cells or the face of a box no plane of it, fluid, solid or wall is thinner than one of them or lost on it, a plane is
  * left without a place. PD_ERR_SIZE: more planes than there is room for. */
-PD_API pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
+#endif
 
 #endif
 
@@ -6453,7 +6349,7 @@ typedef struct pd_estimate {
 #define pd_estimate_free PD_NAME(pd_estimate_free)
 
 /* Run the twins of a run that gave `figures`; desc tells when to stop, and with `check` that they are built alone: then
- * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pd_coarser_build
+ * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pdi_coarser_build
  * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
                                  pd_estimate *estimate);
@@ -6543,7 +6439,7 @@ typedef struct pd_fit {
 
 /* PD_ERR_ARGUMENT, PD_ERR_PARSE: a range, a key that the scene does not have, points without spread beside others,
  * fewer points than parameters, a parameter without effect. A run that fails at a trial value ends the fit with its
- * status and the value. PD_NOT_CONVERGED as for pd_least_squares_solve. */
+ * status and the value. PD_NOT_CONVERGED as for pdi_least_squares_solve. */
 PD_API pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit);
 /* "result case=... fit=volume_loss points=9 rms=... KEY=1.07 KEY.error=0.02 ..." into text[size]. */
 PD_API void pd_fit_line(const pd_fit *fit, char *text, size_t size);
@@ -7468,13 +7364,13 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return HUGE_VAL;
 }
 
-int pd_shape_exact(const pd_shape *shapes, int index)
+PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_VOXELS) return 0;
     int children = s->type >= PD_SHAPE_UNION ? s->children : 0;
     for (int c = 0; c < children; c++)
-        if (!pd_shape_exact(shapes, s->child[c])) return 0;
+        if (!pdi_shape_exact(shapes, s->child[c])) return 0;
     return 1;
 }
 
@@ -8381,7 +8277,7 @@ void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
     for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
 }
 
-int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
+PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind)
 {
     int64_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
@@ -8652,11 +8548,14 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
+    if ((desc->solid || desc->wall) && !desc->shapes)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "solid and wall point into shapes, which is NULL: an array of shapes is expected");
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
     if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
-    grid->solid = desc->shapes ? desc->solid : -1;
-    grid->wall = desc->shapes ? desc->wall : -1;
+    grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
+    grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
     grid->entry = desc->entry;
     grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
@@ -8674,8 +8573,8 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
             grid->kind[node] = PD_SOLID;
     }
-    grid->fluid_count = pd_grid_count(grid, PD_FLUID);
-    grid->solid_count = pd_grid_count(grid, PD_SOLID);
+    grid->fluid_count = pdi_grid_count(grid, PD_FLUID);
+    grid->solid_count = pdi_grid_count(grid, PD_SOLID);
     if (grid->solid >= 0 && grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
@@ -8847,13 +8746,13 @@ static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
     g->grid = grid;
-    return pd_ghosts_update(ctx, g);
+    return pdi_ghosts_update(ctx, g);
 }
 
-pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     pd_status status = pdi_ghost_make(ctx, grid, g);
-    if (status < 0) pd_ghosts_free(ctx, g);
+    if (status < 0) pdi_ghosts_free(ctx, g);
     return status;
 }
 
@@ -8883,7 +8782,7 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     g->odd[g->listed++] = (uint8_t)odd;
 }
 
-pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
+PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
 {
     const pd_grid *grid = g->grid;
     static const uint8_t kinds[3] = {PD_IMAGE, PD_OUTLET, PD_INLET};
@@ -8917,7 +8816,7 @@ void pd_ghosts_vector(const pd_ghosts *g, double *v)
         }
 }
 
-void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
 {
     int32_t inlets = g->listed - g->count;
     for (int d = 0; d < PD_DIM; d++)
@@ -8931,20 +8830,20 @@ void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
         }
 }
 
-void pd_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+PDI_FN void pdi_ghosts_pressure(const pd_ghosts *g, double held, double *p)
 {
     pd_ghosts_scalar(g, p);
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
 }
 
-void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
+PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < components; d++)
         for (int32_t k = 0; k < g->listed; k++) x[d * total + g->node[k]] = 0.0;
 }
 
-void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
+PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
     pdi_owner_free(ctx, pdi_ghost_list, g);
     memset(g, 0, sizeof *g);
@@ -9182,14 +9081,14 @@ static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const p
     return status;
 }
 
-pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
+PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
 {
     pd_status status = pdi_axisym_make(ctx, stencil, grid, ring);
-    if (status < 0) pd_axisym_free(ctx, ring);
+    if (status < 0) pdi_axisym_free(ctx, ring);
     return status;
 }
 
-void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring)
+PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 {
     pdi_owner_free(ctx, pdi_axisym_list, ring);
     memset(ring, 0, sizeof *ring);
@@ -9397,7 +9296,7 @@ static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
     uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
-    return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
+    return shape >= 0 && pdi_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
 /* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
@@ -9814,9 +9713,9 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
-    PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->axisym));
+    PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -9847,7 +9746,7 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
 {
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
-    PDI_TRY(pd_ghosts_update(ctx, &bonds->ghosts));
+    PDI_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
         PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
@@ -9869,9 +9768,9 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     int64_t covered = b->rows - b->plain;
     for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
     for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
-    if (covered != pd_grid_count(b->grid, PD_FLUID))
+    if (covered != pdi_grid_count(b->grid, PD_FLUID))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes",
-                        (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
+                        (double)covered, (double)pdi_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
         if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
@@ -9895,9 +9794,9 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_owner_free(ctx, pdi_bond_row_list, b);
     pdi_owner_free(ctx, pdi_bond_run_list, &b->whole);
     pdi_owner_free(ctx, pdi_bond_run_list, &b->cut);
-    pd_ghosts_free(ctx, &b->ghosts);
+    pdi_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_axisym_free(ctx, &b->axisym);
+    pdi_axisym_free(ctx, &b->axisym);
     memset(b, 0, sizeof *b);
 }
 
@@ -10017,7 +9916,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pd_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
     for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);
@@ -11739,14 +11638,14 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
 {
     const pd_bonds *bonds = slopes->bonds;
     if (count <= slopes->capacity && bonds->capacity <= slopes->rows) return PD_OK;
-    pd_reconstruct_free(ctx, slopes);
+    pdi_reconstruct_free(ctx, slopes);
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 
-pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -11842,7 +11741,7 @@ PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int3
     return pdi_quadratic_solve(&fit);
 }
 
-void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
     memset(slopes, 0, sizeof *slopes);
@@ -11942,11 +11841,11 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     return PD_OK;
 }
 
-pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     pd_status status = pdi_krylov_plan(ctx, desc, krylov);
     if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
-    if (status < 0) pd_krylov_free(ctx, krylov);
+    if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
 
@@ -11970,7 +11869,7 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
     return PD_OK;
 }
 
-void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
+PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
     if (!krylov->chunks) return;
@@ -12002,9 +11901,9 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
     return 0;
 }
 
-void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
+PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
-    pd_krylov_trim(ctx, krylov);
+    pdi_krylov_trim(ctx, krylov);
     pdi_owner_free(ctx, pdi_krylov_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
@@ -12442,8 +12341,8 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     return PD_OK;
 }
 
-pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                          const double *b, double *x, pd_krylov_result *result)
+PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                  const double *b, double *x, pd_krylov_result *result)
 {
     pd_krylov_result own;
     pdi_krylov_run run;
@@ -13328,14 +13227,14 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     pd_status status = pdi_multigrid_make(ctx, desc, mg);
-    if (status < 0) pd_multigrid_free(ctx, mg);
+    if (status < 0) pdi_multigrid_free(ctx, mg);
     return status;
 }
 
-void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
+PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
@@ -13476,8 +13375,9 @@ static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
     return PD_OK;
 }
 
-pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
-                             const float *const flux[PD_DIM], const float *wall, const float *mass)
+PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                     const float *wall, const float *mass)
 {
     float largest = 0.0f;
     mg->levels = 0;
@@ -13500,7 +13400,8 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     return status;
 }
 
-pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall, const float *mass)
+PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                    const float *mass)
 {
     float largest = 0.0f;
     if (mg->levels == 0 || !mg->desc.symmetric)
@@ -13613,7 +13514,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
-void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */
@@ -14197,7 +14098,7 @@ static void pdi_least_squares_report(pdi_least_squares *s)
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     pd_least_squares_result *r = s->result;
     int fixed = pdi_least_squares_spread(s, cov);
-    double t = pd_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
+    double t = pdi_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
     r->sum = s->sum;
     for (int k = 0; k < s->n; k++) {
         r->value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
@@ -14255,7 +14156,7 @@ static void pdi_least_squares_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, squares, work, points * (PDI_LEAST_SQUARES_PROBES + 1), "1");
 }
 
-pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
+PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
 {
     pdi_least_squares s;
     memset(&s, 0, sizeof s);
@@ -14290,7 +14191,7 @@ static double pdi_least_squares_student(double t, int freedom)
     return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
 }
 
-double pd_least_squares_quantile(int freedom)
+PDI_FN double pdi_least_squares_quantile(int freedom)
 {
     double low = 0.0, high = 16.0;
     if (freedom <= 0 || freedom > 100000) return 1.959963984540054;
@@ -14569,7 +14470,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pd_reconstruct_update(ctx, bonds, &flow->slopes));
+    PDI_TRY(pdi_reconstruct_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
@@ -14584,13 +14485,13 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
 {
     pd_ghosts_vector(&flow->bonds->ghosts, v);
-    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+    if (flow->mirrors && flow->held) pdi_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
 }
 
-void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 {
     pdi_flow_ghosts(flow, 1, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     pdi_flow_advecting(ctx, flow, flow->u, flow->advecting);
 }
@@ -14754,11 +14655,11 @@ PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
     }
 }
 
-void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
+PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     t.mass = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
@@ -14794,7 +14695,7 @@ static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
@@ -14817,7 +14718,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     const pd_stencil *s = bonds->stencil;
     double taken = 0.0;
     *pushed = *gross = 0.0;
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row[i];
         if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
@@ -14832,21 +14733,6 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
         }
     }
     return taken;
-}
-
-double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
-{
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
-    (void)ctx;
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] != index) continue;
-        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
-    }
-    return sum;
 }
 
 static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
@@ -15037,7 +14923,7 @@ static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span
     return PD_OK;
 }
 
-pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
 {
     double walls;
     if (moved) *moved = 0.0;
@@ -15129,8 +15015,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
-    if (archive->reading) PDI_TRY(pd_flow_at(ctx, flow, flow->time, 0.0, NULL));
-    if (archive->reading) pd_flow_prepare(ctx, flow);
+    if (archive->reading) PDI_TRY(pdi_flow_at(ctx, flow, flow->time, 0.0, NULL));
+    if (archive->reading) pdi_flow_prepare(ctx, flow);
     return PD_OK;
 }
 
@@ -15139,7 +15025,7 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_owner_free(ctx, pdi_flow_list, flow);
     pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
     pdi_owner_free(ctx, pdi_flow_rim_list, flow);
-    pd_reconstruct_free(ctx, &flow->slopes);
+    pdi_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }
 
@@ -15664,7 +15550,7 @@ static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
 {
     double x[PD_DIM], reach = 0.0;
     int fluid = grid->kind[node] == PD_FLUID;
-    if (shape < 0 || grid->circumference || !pd_shape_exact(grid->shapes, shape)) return 0.0;
+    if (shape < 0 || grid->circumference || !pdi_shape_exact(grid->shapes, shape)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
     pd_grid_position(grid, node, x);
     double distance = pdi_force_distance(grid, shape, x);
@@ -15707,7 +15593,7 @@ void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, con
     q.lo = lo;
     q.hi = hi;
     q.shape = shape;
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int32_t r = 0; r < flow->bonds->rows; r++) {
         double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
         pd_grid_position(flow->grid, flow->bonds->node[r], x);
@@ -15832,7 +15718,7 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     memset(last, 0, sizeof last);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     PDI_TRY(pdi_force_cells(ctx, grid, lo, hi, first, last));
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_sides(ctx, flow, first, last, axis, sum));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], within = 1;
@@ -16021,13 +15907,13 @@ PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
 static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    pd_ghosts_pressure(ghosts, 0.0, q);
+    pdi_ghosts_pressure(ghosts, 0.0, q);
     pdi_precond_run(ctx, flow, pdi_precond_gradient, q, precond->grad);
     pd_ghosts_vector(ghosts, precond->grad);
     pdi_precond_run(ctx, flow, pdi_precond_convect, precond->grad, precond->convected);
     pd_ghosts_vector(ghosts, precond->convected);
     pdi_precond_run(ctx, flow, pdi_precond_diverge, precond->convected, precond->grad);
-    pd_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
+    pdi_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
 }
 
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
@@ -16037,17 +15923,17 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
     double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->stabilisation * flow->bonds->stencil->lap_sum);
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
-    pd_multigrid_cycle(ctx, precond->poisson, r, q);
+    pdi_multigrid_cycle(ctx, precond->poisson, r, q);
     if (precond->damped) {
-        pd_multigrid_cycle(ctx, precond->damped, q, dp);
+        pdi_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), dp, q);
         rough = flow->nu;
     }
     pdi_precond_convected(ctx, flow, precond, q, dp);
-    pd_multigrid_cycle(ctx, precond->seep, r, q);
+    pdi_multigrid_cycle(ctx, precond->seep, r, q);
     if (precond->damped) {
-        pd_multigrid_cycle(ctx, precond->damped, q, precond->grad);
+        pdi_multigrid_cycle(ctx, precond->damped, q, precond->grad);
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), precond->grad, q);
     }
@@ -16138,11 +16024,11 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
-    pd_ghosts_pressure(ghosts, 0.0, dp);
+    pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
-    pd_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
-    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+    pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
 /* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
@@ -16163,7 +16049,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
-    pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
+    pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
     flow->evaluations++;
 }
@@ -16195,16 +16081,16 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
     pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
     pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, p);
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
-                               (const float *const *)u->flux, u->wall, u->mass));
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
+                                (const float *const *)u->flux, u->wall, u->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
     double damping = pdi_precond_damping(s->flow, shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
     pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
-    return pd_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+    return pdi_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -16226,11 +16112,11 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
-    pd_flow_residual(ctx, flow, r, r + split);
+    pdi_flow_residual(ctx, flow, r, r + split);
     if (s->rate > 0.0) {
         pdi_par_axpy(ctx, split, s->rate, flow->u, r);
         pdi_par_axpy(ctx, split, -s->rate, s->target, r);
-        pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
+        pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
     }
     pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
     pdi_steady_report(ctx, s, result);
@@ -16308,11 +16194,11 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));
     md.symmetric = 1;
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
-    PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_p));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_seep));
+    PDI_TRY(pdi_krylov_build(ctx, &kd, &s->krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     return pdi_owner_build(ctx, pdi_steady_list, s);
 }
@@ -16330,7 +16216,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
     if (s->timed) return PD_OK;
     pdi_compact_multigrid(s->flow->grid, &md);
     md.symmetric = 1;
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_d));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     return PD_OK;
 }
@@ -16346,10 +16232,10 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
-    pd_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
+    pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
@@ -16377,7 +16263,7 @@ static void pdi_steady_poisson(void *user, const double *x, double *y)
     pdi_steady_user *u = (pdi_steady_user *)user;
     int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
     pdi_par_zero(u->ctx, split, y);
-    pd_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
 }
 
 /* The largest volume of a node [m^d]. */
@@ -16410,11 +16296,11 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
     k->desc.fixed = 1;
-    pd_status status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
-                                       &linear);
+    pd_status status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
+                                        &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
     if (status > 0)
-        status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+        status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
     k->desc.max_iterations = most;
     k->desc.fixed = 0;
     k->desc.atol = 0.0;
@@ -16533,7 +16419,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         else status = pdi_steady_advance(ctx, s, &path, result);
         if (status == PD_OK) status = pdi_poll(ctx, "flow: Newton", result->newton);
     }
-    pd_krylov_trim(ctx, &s->krylov);
+    pdi_krylov_trim(ctx, &s->krylov);
     result->evaluations = s->flow->evaluations - start;
     if (status != PD_OK) return status;
     if (!(path.norm < 1e300))
@@ -16582,7 +16468,7 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive
     PDI_TRY(pdi_owner_store(ctx, pdi_steady_list, s, archive));
     if (!archive->reading) return PD_OK;
     PDI_TRY(pdi_flow_patch(ctx, s->flow));
-    pd_flow_prepare(ctx, s->flow);
+    pdi_flow_prepare(ctx, s->flow);
     return PD_OK;
 }
 
@@ -16590,11 +16476,11 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_free(ctx, &s->compact_u);
     pdi_compact_free(ctx, &s->compact_p);
-    pd_multigrid_free(ctx, &s->mg_u);
-    pd_multigrid_free(ctx, &s->mg_p);
-    pd_multigrid_free(ctx, &s->mg_seep);
-    pd_multigrid_free(ctx, &s->mg_d);
-    pd_krylov_free(ctx, &s->krylov);
+    pdi_multigrid_free(ctx, &s->mg_u);
+    pdi_multigrid_free(ctx, &s->mg_p);
+    pdi_multigrid_free(ctx, &s->mg_seep);
+    pdi_multigrid_free(ctx, &s->mg_d);
+    pdi_krylov_free(ctx, &s->krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     if (s->flow) s->flow->potential = NULL;
@@ -16712,7 +16598,7 @@ static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     double moved;
     q->time = t;
-    PDI_TRY(pd_flow_at(ctx, q->flow, t, 0.0, &moved));
+    PDI_TRY(pdi_flow_at(ctx, q->flow, t, 0.0, &moved));
     q->moved += moved;
     if (q->moved > q->steady->desc.tolerance) q->stale = 1;
     return pdi_quasi_steady_solve(ctx, q);
@@ -16837,7 +16723,7 @@ static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, dou
 {
     pd_steady_result result;
     int again = c > PDI_SDIRK_GAMMA;
-    PDI_TRY(pd_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
     pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
                                         again, &result);
     im->evaluations += result.evaluations;
@@ -16968,7 +16854,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pd_flow_prepare(ctx, ((pd_implicit *)self)->flow);
+    pdi_flow_prepare(ctx, ((pd_implicit *)self)->flow);
     return PD_OK;
 }
 
@@ -17258,7 +17144,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
 {
     const pd_bonds *bonds = w->flow->bonds;
     int64_t total = w->flow->grid->total;
-    pd_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
+    pdi_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
@@ -17503,8 +17389,8 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
     pd_ghosts_vector(ghosts, flow->u);
-    pd_ghosts_pressure(ghosts, flow->p_out, flow->p);
-    pd_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
+    pdi_ghosts_pressure(ghosts, flow->p_out, flow->p);
+    pdi_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
@@ -17581,7 +17467,7 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     pdi_par_copy(ctx, split, flow->u, un->start);
     pdi_par_copy(ctx, total, un->density, un->start + split);
     for (int stage = 0; stage < 3; stage++) {
-        PDI_TRY(pd_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
+        PDI_TRY(pdi_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
         if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
         pdi_par_copy(ctx, split, un->start, flow->u);
         pdi_par_copy(ctx, total, un->start + split, un->density);
@@ -17589,7 +17475,7 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
         return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
                         dt, un->time);
     }
-    PDI_TRY(pd_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
+    PDI_TRY(pdi_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_unsteady_fill(ctx, un);
     un->time += dt;
     un->steps++;
@@ -17642,7 +17528,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
 static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pd_flow_prepare(ctx, ((pd_unsteady *)self)->flow);
+    pdi_flow_prepare(ctx, ((pd_unsteady *)self)->flow);
     return PD_OK;
 }
 
@@ -18356,7 +18242,7 @@ static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
 {
     const pd_gas *gas = (const pd_gas *)self;
     double stock[PD_GAS_FIELDS];
-    pd_gas_stock(ctx, gas, stock);
+    pdi_gas_stock(ctx, gas, stock);
     a->dissolved += stock[k ? PDI_GAS_P : 0];
     a->out += gas->out[k];
     a->in += gas->in[k];
@@ -18391,7 +18277,7 @@ pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
     return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
-void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
+PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
 {
     const pd_grid *grid = gas->grid;
     (void)ctx;
@@ -18801,7 +18687,7 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
-void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int32_t total = bonds->grid->total;
@@ -18831,7 +18717,7 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     pdi_diffusion_ghosts(d);
 }
 
-void pd_diffusion_renew(pd_diffusion *d)
+PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int32_t total = bonds->grid->total;
@@ -18880,14 +18766,14 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
-    pd_diffusion_update(ctx, d);
+    pdi_diffusion_update(ctx, d);
     return PD_OK;
 }
 
-pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
 {
     pd_status status = pdi_diffusion_make(ctx, bonds, desc, d);
-    if (status < 0) pd_diffusion_free(ctx, d);
+    if (status < 0) pdi_diffusion_free(ctx, d);
     return status;
 }
 
@@ -18924,7 +18810,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
     }
 }
 
-void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
+PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     pdi_owner_free(ctx, pdi_diffusion_list, d);
     pdi_media_free(ctx, &d->media);
@@ -20040,7 +19926,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+    pdi_multigrid_cycle(u->ctx, &u->t->mg, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
@@ -20083,11 +19969,11 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         pdi_grid_index(grid, t->pinned[k], i);
         c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
-    if (again) return pd_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
+    if (again) return pdi_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
     t->prepared = 1;
     t->prepared_dt = t->dt;
-    return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
-                              t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    return pdi_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
+                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
 
 /* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
@@ -20140,8 +20026,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                       residual, delta, &linear);
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                        residual, delta, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -20159,8 +20045,8 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
     user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                       t->work, t->work + t->grid->total, &linear);
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                        t->work, t->work + t->grid->total, &linear);
     result->krylov += linear.iterations;
     return status;
 }
@@ -20336,8 +20222,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
         t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
-        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
-                                 delta, &linear);
+        status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                  delta, &linear);
         if (status < 0) break;
         result->krylov += linear.iterations;
         double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
@@ -20350,7 +20236,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
     t->krylov.desc.fixed = 1;
-    pd_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_trim(ctx, &t->krylov);
     return status < 0 ? status : PD_OK;
 }
 
@@ -20464,7 +20350,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
@@ -20541,14 +20427,14 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
                     d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
 }
 
-pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
+PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
     t->prepared = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
     PDI_TRY(pdi_transport_inlets(ctx, t));
-    if (t->diffusion.wall_rate) pd_diffusion_renew(&t->diffusion);
+    if (t->diffusion.wall_rate) pdi_diffusion_renew(&t->diffusion);
     return pdi_transport_holds(ctx, t);
 }
 
@@ -20557,7 +20443,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->prepared = t->conducting = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pd_diffusion_update(ctx, &t->diffusion);
+    pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
@@ -20633,8 +20519,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
-    PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &t->mg));
+    PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -20642,7 +20528,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.user = desc->user;
-    PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
     if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
     t->flux.bonds = bonds;
@@ -20668,7 +20554,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_transport_list, t, archive));
-    return archive->reading ? pd_transport_at(ctx, t, t->time) : PD_OK;
+    return archive->reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
@@ -20676,10 +20562,10 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_flux_free(ctx, &t->flux);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
-    pd_diffusion_free(ctx, &t->diffusion);
+    pdi_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
-    pd_multigrid_free(ctx, &t->mg);
-    pd_krylov_free(ctx, &t->krylov);
+    pdi_multigrid_free(ctx, &t->mg);
+    pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);
 }
@@ -20929,7 +20815,7 @@ PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
 
 static pd_status pdi_euler_start(pd_ctx *ctx, void *self, double t)
 {
-    return pd_transport_at(ctx, ((pd_euler *)self)->transport, t);
+    return pdi_transport_at(ctx, ((pd_euler *)self)->transport, t);
 }
 
 static pd_status pdi_euler_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -20944,7 +20830,7 @@ static pd_status pdi_euler_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_euler *e = (pd_euler *)self;
     double end = s->time + s->dt;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pd_transport_at(ctx, e->transport, end));
+    PDI_TRY(pdi_transport_at(ctx, e->transport, end));
     return pd_transport_implicit(ctx, e->transport, s->dt, &e->result);
 }
 
@@ -21106,7 +20992,7 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
 static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
 {
     if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
-    return pd_transport_at(ctx, a->transport, t);
+    return pdi_transport_at(ctx, a->transport, t);
 }
 
 static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -21143,7 +21029,7 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
-    PDI_TRY(pd_transport_at(ctx, t, a->time));
+    PDI_TRY(pdi_transport_at(ctx, t, a->time));
     pdi_transport_open(t);
     pd_status status = pdi_advance_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
@@ -21239,7 +21125,7 @@ static pd_status pdi_advance_start(pd_ctx *ctx, void *self, double t)
 {
     pd_advance *a = (pd_advance *)self;
     a->time = t;
-    PDI_TRY(pd_transport_at(ctx, a->transport, t));
+    PDI_TRY(pdi_transport_at(ctx, a->transport, t));
     return a->settle ? pdi_advance_settle(ctx, a) : PD_OK;
 }
 
@@ -21280,20 +21166,6 @@ pd_process pd_advance_process(pd_advance *a)
     return p;
 }
 
-pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
-{
-    pd_process p = pd_advance_process(a);
-    pd_step s;
-    memset(&s, 0, sizeof s);
-    if (!(t_end > a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
-    s.time = a->time;
-    s.limit = t_end;
-    pd_status status = pdi_process_step(ctx, &p, &s);
-    *result = a->result;
-    return status;
-}
-
 pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
 {
     pd_process p = pd_advance_process(a);
@@ -21332,11 +21204,6 @@ static const pd_material pdi_material_list[] = {{"mg4ag", 1738.0, 0.024305, 2.0}
                                                 {"steel304", 7900.0, 0.05532, 2.19},
                                                 {"copper", 8960.0, 0.063546, 2.0},
                                                 {"alloy625", 8440.0, 0.05978, 2.374}};
-
-pd_material pd_material_mg4ag(void) { return pdi_material_list[0]; }
-pd_material pd_material_steel304(void) { return pdi_material_list[1]; }
-pd_material pd_material_copper(void) { return pdi_material_list[2]; }
-pd_material pd_material_alloy625(void) { return pdi_material_list[3]; }
 
 int pd_material_find(const char *name, pd_material *material)
 {
@@ -21895,8 +21762,8 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
     return PD_OK;
 }
 
-pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
-                           pd_grain_stats *stats)
+PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
+                                   pd_grain_stats *stats)
 {
     double *share = NULL, volume = 1.0, sum = 0.0, square = 0.0;
     pdi_sum boundary = {0.0, 0.0};
@@ -22519,22 +22386,15 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     return PD_OK;
 }
 
-pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights, pd_front *f)
+PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                 pd_front *f)
 {
     pd_status status = pdi_front_make(ctx, stencil, kernel, weights, f);
-    if (status < 0) pd_front_free(ctx, f);
+    if (status < 0) pdi_front_free(ctx, f);
     return status;
 }
 
-double pd_front_measure(const pd_front *f, const double *normal)
-{
-    double sum = 0.0;
-    for (int k = 0; k < f->stencil->count; k++)
-        sum += 0.5 * f->weight[k] * fabs(pdi_vec_dot(f->stencil->xi + k * PD_DIM, normal));
-    return sum;
-}
-
-void pd_front_free(pd_ctx *ctx, pd_front *f)
+PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 {
     pdi_owner_free(ctx, pdi_front_list, f);
     memset(f, 0, sizeof *f);
@@ -23523,7 +23383,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
-        PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
+        PDI_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
     d->kinds = desc->more_count + 1;
@@ -23678,7 +23538,7 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
     return formed;
 }
 
-pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
+PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     d->rated = d->gone_count = 0;
@@ -23694,7 +23554,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
-double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 {
     double fastest = 0.0;
     (void)ctx;
@@ -23870,7 +23730,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
     pdi_dissolve_rates(ctx, d);
 }
 
-pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
 {
     pd_transport *t = d->transport;
     memset(result, 0, sizeof *result);
@@ -23887,7 +23747,7 @@ pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_trans
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -23896,7 +23756,7 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
     double volume;
     (void)ctx;
@@ -23914,7 +23774,7 @@ double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
 
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
-    pd_front_free(ctx, &d->kernel);
+    pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     memset(d, 0, sizeof *d);
@@ -23934,7 +23794,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 
 static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
 {
-    return pd_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
+    return pdi_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
 }
 
 /* The longest admissible step. */
@@ -23947,8 +23807,8 @@ static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
     d->lost = s->lost;
     d->time = s->time;
     q->first = 0.0;
-    PDI_TRY(pd_dissolve_prepare(ctx, d));
-    double fastest = pd_dissolve_fastest(ctx, d);
+    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
     return pdi_process_span(ctx, self, s);
@@ -23981,11 +23841,11 @@ static pd_status pdi_dissolving_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->error < 1.0) return PD_RETRY;
     if (!d->uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
-        PDI_TRY(pd_dissolve_prepare(ctx, d));
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
     }
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pd_transport_at(ctx, d->transport, end));
-    pd_status status = pd_dissolve_transport(ctx, d, s->dt, &q->result);
+    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &q->result);
     q->krylov += status < 0 ? 0 : q->result.krylov;
     q->first = fmax(q->first, s->dt);
     return status;
@@ -24015,7 +23875,7 @@ static pd_status pdi_dissolving_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = q->dissolve;
     q->out += s->dt * d->transport->outflow;
     q->in += s->dt * d->transport->inflow;
-    PDI_TRY(pd_dissolve_finish(ctx, d, s->dt));
+    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
     q->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;
@@ -24150,7 +24010,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
     memset(r, 0, sizeof *r);
     pdi_measure_faces(bonds, flow, transport, axis, index, r);
     if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
-    if (transport) r->species = pd_transport_section(ctx, transport, axis, index);
+    if (transport) r->species = pdi_transport_section(ctx, transport, axis, index);
     r->speed = r->flow / r->area;
 }
 
@@ -24715,8 +24575,8 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
     return PD_OK;
 }
 
-pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
-                             char *name)
+PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
+                                     char *name)
 {
     char stamp[PDI_NUMBER_SIZE];
     name[0] = 0;
@@ -25987,7 +25847,7 @@ pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
     pdi_store_head(head);
     pd_status status = pdi_store_append(ctx, s, head, sizeof head);
-    if (status < 0) pd_store_abandon(s);
+    if (status < 0) pdi_store_abandon(s);
     return status;
 }
 
@@ -25997,14 +25857,14 @@ pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
     pdi_store_wire(s, 1);
     PDI_TRY(pdi_file_open(ctx, path, &s->file));
     pd_status status = pdi_store_verify(ctx, s);
-    pd_store_abandon(s);
+    pdi_store_abandon(s);
     if (status == PD_OK) status = pdi_file_open(ctx, path, &s->file);
     if (status == PD_OK) status = pdi_store_read_head(ctx, s);
-    if (status < 0) pd_store_abandon(s);
+    if (status < 0) pdi_store_abandon(s);
     return status;
 }
 
-void pd_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
+PDI_FN void pdi_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
 
 static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
 {
@@ -26028,7 +25888,7 @@ static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
 pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
 {
     pd_status status = pdi_store_finish(ctx, s);
-    pd_store_abandon(s);
+    pdi_store_abandon(s);
     return status;
 }
 
@@ -26260,17 +26120,17 @@ static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run,
     return PD_OK;
 }
 
-pd_status pd_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
 {
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
     pd_status status = pdi_folder_hold(ctx, f);
     if (status == PD_OK) status = pdi_folder_begin(ctx, f);
-    if (status < 0) pd_folder_close(f);
+    if (status < 0) pdi_folder_close(f);
     return status;
 }
 
-pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run)
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run)
 {
     char found[PD_PATH_SIZE], lock[PD_PATH_SIZE];
     pd_folder f;
@@ -26287,7 +26147,7 @@ pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run)
     return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
 }
 
-pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
 {
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
@@ -26298,7 +26158,7 @@ pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_fold
     return pdi_folder_hold(ctx, f);
 }
 
-pd_status pd_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
+PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
 {
     PD_ASSERT(pdi_folder_own(name));
     PDI_TRY(pd_file_join(ctx, f->path, name, path));
@@ -26307,13 +26167,13 @@ pd_status pd_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
     return pdi_file_flush(ctx, &f->list);
 }
 
-pd_status pd_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
+PDI_FN pd_status pdi_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
 {
     if (!archive->reading) PDI_TRY(pdi_file_length(ctx, &f->list, &f->length));
     return PDI_KEEP(ctx, archive, "length of the list", &f->length, 1);
 }
 
-pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *f)
+PDI_FN pd_status pdi_folder_resume(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
@@ -26330,7 +26190,7 @@ pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *f)
     return status == PD_OK ? pdi_file_resume(ctx, path, f->length, &f->list) : status;
 }
 
-void pd_folder_close(pd_folder *f)
+PDI_FN void pdi_folder_close(pd_folder *f)
 {
     char path[PD_PATH_SIZE];
     pd_ctx quiet;
@@ -26365,13 +26225,13 @@ static size_t pdi_png_bytes(const pd_image *image)
     return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
 }
 
-void pd_image_free(pd_ctx *ctx, pd_image *image)
+PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image)
 {
     PDI_DELETE(ctx, pdi_png_bytes(image), image->pixels);
     memset(image, 0, sizeof *image);
 }
 
-int pd_image_gray(const pd_image *image, int column, int row)
+PDI_FN int pdi_image_gray(const pd_image *image, int column, int row)
 {
     const uint8_t *p = image->pixels + ((size_t)row * (size_t)image->width + (size_t)column) * (size_t)image->channels;
     int luma = image->channels < 3 ? p[0] * 1000 : 299 * p[0] + 587 * p[1] + 114 * p[2];
@@ -26496,7 +26356,7 @@ static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *ima
     return status;
 }
 
-pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
@@ -26689,13 +26549,13 @@ static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *
         image->height = png->height;
         status = PDI_NEW(ctx, "png", pdi_png_bytes(image), image->pixels);
         if (status == PD_OK) status = pdi_png_expand(ctx, png, raw, stride, image);
-        if (status != PD_OK) pd_image_free(ctx, image);
+        if (status != PD_OK) pdi_image_free(ctx, image);
     }
     PDI_DELETE(ctx, size, raw);
     return status;
 }
 
-pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image)
+PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
 {
     char *data = NULL;
     size_t size = 0;
@@ -27468,7 +27328,7 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
 }
 
-pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
 {
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
@@ -27494,9 +27354,9 @@ pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *imag
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
     pd_image image;
-    PDI_TRY(pd_picture_draw(ctx, picture, &image));
-    pd_status status = pd_png_write(ctx, path, &image);
-    pd_image_free(ctx, &image);
+    PDI_TRY(pdi_picture_draw(ctx, picture, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
     return status;
 }
 
@@ -27799,7 +27659,7 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     }
 }
 
-pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
     pdi_plot_layout l;
     pdi_canvas canvas;
@@ -27826,9 +27686,9 @@ pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
     pd_image image;
-    PDI_TRY(pd_plot_draw(ctx, plot, &image));
-    pd_status status = pd_png_write(ctx, path, &image);
-    pd_image_free(ctx, &image);
+    PDI_TRY(pdi_plot_draw(ctx, plot, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
     return status;
 }
 
@@ -28163,8 +28023,8 @@ static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values
     return pdi_file_write(ctx, file, row, used);
 }
 
-pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
-                       const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                               int columns, const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
@@ -28177,11 +28037,11 @@ pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const
     return status;
 }
 
-pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
-                        pd_csv *csv)
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                                int columns, pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -28199,13 +28059,13 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
     return PD_OK;
 }
 
-pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
     PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
-pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv)
+PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
 {
     return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK;
 }
@@ -28294,9 +28154,9 @@ static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     pd_table *t = r->table;
     t->columns = fields;
     for (int k = 0; k < fields; k++) {
-        const char *name = pd_table_text(t, -1, k);
+        const char *name = pdi_table_text(t, -1, k);
         if (!name[0]) return pdi_csv_bad(ctx, r, "a column has no name");
-        if (pd_table_find(t, name) != k)
+        if (pdi_table_find(t, name) != k)
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
@@ -28342,7 +28202,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     return PD_OK;
 }
 
-pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
+PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
@@ -28350,11 +28210,11 @@ pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
-    if (status != PD_OK) pd_table_free(ctx, table);
+    if (status != PD_OK) pdi_table_free(ctx, table);
     return status;
 }
 
-void pd_table_free(pd_ctx *ctx, pd_table *table)
+PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
 {
     PDI_DELETE(ctx, table->text_size, table->text);
     PDI_DELETE(ctx, table->capacity, table->field);
@@ -28362,26 +28222,26 @@ void pd_table_free(pd_ctx *ctx, pd_table *table)
     memset(table, 0, sizeof *table);
 }
 
-const char *pd_table_text(const pd_table *table, int row, int column)
+PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
 {
     return table->text + table->field[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
-int pd_table_find(const pd_table *table, const char *name)
+PDI_FN int pdi_table_find(const pd_table *table, const char *name)
 {
     for (int k = 0; k < table->columns; k++)
-        if (strcmp(pd_table_text(table, -1, k), name) == 0) return k;
+        if (strcmp(pdi_table_text(table, -1, k), name) == 0) return k;
     return -1;
 }
 
-pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
 {
-    int column = pd_table_find(table, name);
+    int column = pdi_table_find(table, name);
     if (column < 0)
         return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                        name, table->columns, table->columns ? pd_table_text(table, -1, 0) : "");
+                        name, table->columns, table->columns ? pdi_table_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
-        const char *text = pd_table_text(table, r, column);
+        const char *text = pdi_table_text(table, r, column);
         if (!pdi_file_parse(text, strlen(text), &values[r]))
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                             table->line[r], name, text);
@@ -28395,7 +28255,7 @@ pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, 
 
 #define PDI_PROGRESS_BAR 26
 
-void pd_progress_duration(double seconds, char *text, size_t size)
+PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
 {
     if (!(seconds >= 0 && seconds < 3e11)) {
         snprintf(text, size, "?");
@@ -28415,7 +28275,7 @@ void pd_progress_duration(double seconds, char *text, size_t size)
     }
 }
 
-void pd_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size)
+PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size)
 {
     char bar[PDI_PROGRESS_BAR + 1], spent[32], left[32];
     if (!(fraction > 0)) fraction = 0;
@@ -28423,12 +28283,12 @@ void pd_progress_line(double fraction, double elapsed, const char *label, char *
     int filled = (int)(fraction * PDI_PROGRESS_BAR);
     for (int i = 0; i < PDI_PROGRESS_BAR; i++) bar[i] = i < filled ? '#' : '.';
     bar[PDI_PROGRESS_BAR] = 0;
-    pd_progress_duration(elapsed, spent, sizeof spent);
+    pdi_progress_duration(elapsed, spent, sizeof spent);
     if (fraction >= 1) snprintf(line, size, "%s [%s] 100.0 %%  %s", label, bar, spent);
     else if (fraction < 1e-3 || !(elapsed >= 1))
         snprintf(line, size, "%s [%s] %5.1f %%  %s", label, bar, 100 * fraction, spent);
     else {
-        pd_progress_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
+        pdi_progress_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
         snprintf(line, size, "%s [%s] %5.1f %%  %s, %s left", label, bar, 100 * fraction, spent, left);
     }
 }
@@ -28831,7 +28691,7 @@ static int pdi_units_plain(const pd_dims *dims)
     return pd_units_same(dims, &none);
 }
 
-void pd_units_describe(const pd_dims *dims, char *text)
+PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
 {
     const pdi_units_named *named = pdi_units_name_of(dims);
     char unit[64];
@@ -28850,7 +28710,7 @@ static const char *pdi_units_alternative(const char *list, char *unit)
     return list[n] ? list + n + 1 : NULL;
 }
 
-void pd_units_format(double value, const pd_dims *dims, char *text)
+PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text)
 {
     const pdi_units_named *named = pdi_units_plain(dims) ? NULL : pdi_units_name_of(dims);
     char unit[64], best[64];
@@ -29022,7 +28882,7 @@ static void pdi_curve_slopes(pd_curve *c)
     }
 }
 
-pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
 {
     memset(c, 0, sizeof *c);
     if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
@@ -29038,7 +28898,7 @@ pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int coun
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
     if (status < 0) {
-        pd_curve_free(ctx, c);
+        pdi_curve_free(ctx, c);
         return status;
     }
     memcpy(c->x, x, (size_t)count * sizeof *x);
@@ -29047,7 +28907,7 @@ pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int coun
     return PD_OK;
 }
 
-void pd_curve_free(pd_ctx *ctx, pd_curve *c)
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
 {
     PDI_DELETE(ctx, c->count, c->x);
     PDI_DELETE(ctx, c->count, c->y);
@@ -29055,7 +28915,7 @@ void pd_curve_free(pd_ctx *ctx, pd_curve *c)
     memset(c, 0, sizeof *c);
 }
 
-double pd_curve_eval(const pd_curve *c, double x)
+PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 {
     int low = 0, high = c->count - 1;
     if (high < 1 || x != x) return (double)NAN;
@@ -29284,7 +29144,7 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
 
-static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pd_curve_eval(table->curve, x); }
+static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
 /* index: of the table */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
@@ -29316,8 +29176,8 @@ static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_
         return PD_OK;
     }
     if (b->zero || pd_units_same(&a->dims, &b->dims)) return PD_OK;
-    pd_units_describe(&a->dims, left);
-    pd_units_describe(&b->dims, right);
+    pdi_units_describe(&a->dims, left);
+    pdi_units_describe(&b->dims, right);
     return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
 }
 
@@ -29325,7 +29185,7 @@ static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, c
 {
     char found[PD_UNITS_TEXT];
     if (pdi_expr_is_plain(type)) return PD_OK;
-    pd_units_describe(&type->dims, found);
+    pdi_units_describe(&type->dims, found);
     return pdi_expr_error(p, type->at, "found %s, expected a plain number as %s", found, what);
 }
 
@@ -29537,8 +29397,8 @@ static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index,
     PDI_TRY(pdi_expr_enter(p));
     PDI_TRY(pdi_expr_compare(p, type));
     if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
-        pd_units_describe(&type->dims, found);
-        pd_units_describe(&table->argument, expected);
+        pdi_units_describe(&type->dims, found);
+        pdi_units_describe(&table->argument, expected);
         return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
                               table->name);
     }
@@ -29745,8 +29605,8 @@ static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
             return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
         if (!type->zero && !pd_units_same(&type->dims, &dims)) {
             int plain = pdi_expr_is_plain(type);
-            pd_units_describe(&type->dims, found);
-            pd_units_describe(&dims, expected);
+            pdi_units_describe(&type->dims, found);
+            pdi_units_describe(&dims, expected);
             pdi_units_examples(&dims, units);
             if (plain && !p->desc->allow_bare)
                 return pdi_expr_error(p, type->at, "found a number without unit, expected %s: write its unit,"
@@ -29788,7 +29648,7 @@ static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_
     return PD_OK;
 }
 
-pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
+PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
 {
     pdi_expr_parser *p;
     pdi_expr_type type;
@@ -29803,19 +29663,19 @@ pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
     p->text = desc->text;
     pd_status status = pdi_expr_compile(p, &type);
     if (status == PD_OK) status = pdi_expr_keep(ctx, p, &type, expr);
-    if (status < 0) pd_expr_free(ctx, expr);
+    if (status < 0) pdi_expr_free(ctx, expr);
     PDI_DELETE(ctx, 1, p);
     return status;
 }
 
-void pd_expr_free(pd_ctx *ctx, pd_expr *expr)
+PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
 {
     PDI_DELETE(ctx, expr->code_count, expr->code);
     PDI_DELETE(ctx, expr->value_count, expr->value);
     memset(expr, 0, sizeof *expr);
 }
 
-double pd_expr_eval(const pd_expr *expr, const double *vars)
+PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK];
     int top = 0;
@@ -29836,7 +29696,7 @@ double pd_expr_eval(const pd_expr *expr, const double *vars)
     return top == 1 ? stack[0] : NAN;
 }
 
-int pd_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
+PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
 #undef PDI_EXPR_FUNCTIONS
 #undef PDI_EXPR_STACK
@@ -30118,26 +29978,26 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
     return PD_OK;
 }
 
-pd_status pd_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text)
+PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text)
 {
     memset(text, 0, sizeof *text);
     pd_status status = pdi_text_parse(ctx, text, name, bytes, size);
-    if (status < 0) pd_text_free(ctx, text);
+    if (status < 0) pdi_text_free(ctx, text);
     return status;
 }
 
-pd_status pd_text_read(pd_ctx *ctx, const char *path, pd_text *text)
+PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text)
 {
     char *data;
     size_t size;
     memset(text, 0, sizeof *text);
     PDI_TRY(pdi_file_read(ctx, path, PD_TEXT_SIZE, &data, &size));
-    pd_status status = pd_text_build(ctx, path, data, size, text);
+    pd_status status = pdi_text_build(ctx, path, data, size, text);
     PDI_DELETE(ctx, size + 1, data);
     return status;
 }
 
-void pd_text_free(pd_ctx *ctx, pd_text *text)
+PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 {
     for (int k = 0; k < text->block_count; k++) PDI_DELETE(ctx, text->block[k].size, text->block[k].bytes);
     PDI_DELETE(ctx, text->block_room, text->block);
@@ -30147,7 +30007,7 @@ void pd_text_free(pd_ctx *ctx, pd_text *text)
     memset(text, 0, sizeof *text);
 }
 
-int pd_text_flat(const pd_text *text) { return text->flat; }
+PDI_FN int pdi_text_flat(const pd_text *text) { return text->flat; }
 
 /* ---- command line ---- */
 
@@ -30215,7 +30075,7 @@ static pd_status pdi_text_labelled_section(pd_ctx *ctx, const pd_text *text, con
                           label, text->name, list[0] ? list : "none");
 }
 
-pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
+PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 {
     char *part[3], *t;
     size_t at = 0, value = 0, end;
@@ -30254,7 +30114,7 @@ pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 
 /* ---- look-up ---- */
 
-int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
+PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
     int index = -1;
     pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
@@ -30263,9 +30123,9 @@ int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *la
     return index;
 }
 
-int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
+PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
 {
-    if (after < 0 && pd_text_section(ctx, text, name, NULL) < 0) return -1;
+    if (after < 0 && pdi_text_section(ctx, text, name, NULL) < 0) return -1;
     for (int k = after + 1; k < text->section_count; k++)
         if (text->section[k].present && strcmp(text->section[k].name, name) == 0) return k;
     return -1;
@@ -30277,7 +30137,7 @@ static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
 }
 
-/* Remember the key for the suggestions of pd_text_unused. */
+/* Remember the key for the suggestions of pdi_text_unused. */
 static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
@@ -30297,7 +30157,7 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     return PD_OK;
 }
 
-int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
+PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
@@ -30372,7 +30232,7 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     desc.allow_bare = text->bare;
     desc.where = v->where;
     desc.column = v->column + (int)first;
-    return pd_expr_build(ctx, &desc, expr);
+    return pdi_expr_build(ctx, &desc, expr);
 }
 
 static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
@@ -30380,8 +30240,8 @@ static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_t
 {
     pd_expr expr;
     PDI_TRY(pdi_text_compile(ctx, text, v, first, end, unit, NULL, 0, &expr));
-    *value = pd_expr_eval(&expr, NULL);
-    pd_expr_free(ctx, &expr);
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(ctx, &expr);
     return PD_OK;
 }
 
@@ -30398,12 +30258,12 @@ static size_t pdi_text_item(const char *value, size_t first)
 static void pdi_text_what(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
-    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pd_units_describe(&dims, what);
+    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pdi_units_describe(&dims, what);
     else snprintf(what, PD_UNITS_TEXT, "an expression");
 }
 
-pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                         const char **value)
+PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                 const char **value)
 {
     pdi_text_value v;
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a text", &v));
@@ -30411,8 +30271,8 @@ pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *ke
     return PD_OK;
 }
 
-pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                         const char *fallback, double *value)
+PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, double *value)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -30428,8 +30288,8 @@ static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t 
     return pdi_text_wrong(ctx, v, at, expected);
 }
 
-pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                          const char *fallback, int max, double *values, int *count)
+PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                  const char *fallback, int max, double *values, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -30446,8 +30306,8 @@ pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *k
     }
 }
 
-pd_status pd_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                          const char *fallback, int *value)
+PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                  const char *fallback, int *value)
 {
     pdi_text_value v;
     double number;
@@ -30480,19 +30340,19 @@ static pd_status pdi_text_pick(pd_ctx *ctx, const pdi_text_value *v, const char 
     return pdi_text_wrong(ctx, v, 0, expected);
 }
 
-pd_status pd_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback, int *value)
+PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                               int *value)
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    int index = 0;
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "yes or no", &v));
-    PDI_TRY(pdi_text_pick(ctx, &v, names, &index));
-    *value = index % 2;
+    PDI_TRY(pdi_text_pick(ctx, &v, names, value));
+    *value %= 2;
     return PD_OK;
 }
 
-pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                         const char *fallback, int *index)
+PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                 const char *fallback, int *index)
 {
     pdi_text_value v;
     char list[PDI_TEXT_LIST] = "";
@@ -30501,8 +30361,8 @@ pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *ke
     return pdi_text_pick(ctx, &v, names, index);
 }
 
-pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                        pd_word_list *list)
+PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                pd_word_list *list)
 {
     pdi_text_value v;
     list->count = 0;
@@ -30537,8 +30397,8 @@ static pd_status pdi_text_range(pd_ctx *ctx, const pd_text *text, const pdi_text
                     " its end", v->column + (int)at, *low, *high);
 }
 
-pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                         const char *fallback, int max, double *low, double *high, int *count)
+PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, int max, double *low, double *high, int *count)
 {
     pdi_text_value v;
     size_t at = 0, end;
@@ -30553,16 +30413,16 @@ pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *ke
     }
 }
 
-pd_status pd_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                       const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
+PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
 {
     int count;
-    return pd_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
+    return pdi_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
 }
 
-pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                        const pd_expr_symbol *vars, int var_count, const char *fallback, int max, pd_expr *exprs,
-                        int *count)
+PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                pd_expr *exprs, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -30580,13 +30440,14 @@ pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
-    while (*count > 0) pd_expr_free(ctx, &exprs[--*count]);
+    while (*count > 0) pdi_expr_free(ctx, &exprs[--*count]);
     return status;
 }
 
 /* ---- reports ---- */
 
-pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format, ...)
+PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                 ...)
 {
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
     if (text->failed) return pdi_text_lost(ctx, text);
@@ -30634,15 +30495,14 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
                           list[0] ? "one of " : "no key there", list, hint);
 }
 
-pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
+PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text)
 {
     if (text->failed) return pdi_text_lost(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
-        if (e->used) continue;
-        if (e->section > 0 && !text->section[text->section[e->section].group].asked)
-            return pdi_text_unknown_section(ctx, text, e->section, e->line);
-        return pdi_text_unknown_key(ctx, text, e);
+        int known = e->section == 0 || text->section[text->section[e->section].group].asked;
+        if (!e->used && known) return pdi_text_unknown_key(ctx, text, e);
+        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
         if (text->section[k].present && !text->section[text->section[k].group].asked)
@@ -30662,9 +30522,9 @@ PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, c
                                 char *path)
 {
     const char *name;
-    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &name));
+    PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &name));
     size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
-    if (above + size > PD_PATH_SIZE) return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    if (above + size > PD_PATH_SIZE) return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
     return PD_OK;
@@ -30675,7 +30535,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
     char message[PD_MESSAGE_SIZE];
     pd_status status = ctx->status, refused;
     memcpy(message, ctx->message, sizeof message);
-    refused = pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    refused = pdi_text_refuse(ctx, text, section, key, "%.500s", message);
     return ctx->status = pdi_is_final(status) ? status : refused;
 }
 
@@ -30700,7 +30560,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
                                                    {"y", "m", 0.0}, {"z", "m", 0.0}};
 
-pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
+PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
@@ -30708,7 +30568,7 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
-    setup->metal[0].material = pd_material_mg4ag();
+    pd_material_find("mg4ag", &setup->metal[0].material);
     setup->metal[0].solid_c = pd_material_concentration(&setup->metal[0].material);
     setup->metal[0].shape = -1;
     setup->metal[0].rate_scale = 1.0;
@@ -30722,22 +30582,22 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
-        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].slide[d]);
-        pd_expr_free(ctx, &setup->side[s].stream);
-        pd_expr_free(ctx, &setup->side[s].entering);
-        pd_expr_free(ctx, &setup->side[s].held);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
+        pdi_expr_free(ctx, &setup->side[s].stream);
+        pdi_expr_free(ctx, &setup->side[s].entering);
+        pdi_expr_free(ctx, &setup->side[s].held);
     }
-    for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->walls[k].held);
-    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body[d]);
-    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
-    pd_expr_free(ctx, &setup->gas_rho);
-    pd_expr_free(ctx, &setup->gas_p);
-    pd_expr_free(ctx, &setup->initial);
-    for (int k = 0; k < setup->metals; k++) pd_expr_free(ctx, &setup->metal[k].rate);
+    for (int k = 0; k < setup->wall_count; k++) pdi_expr_free(ctx, &setup->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->body[d]);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->start[d]);
+    pdi_expr_free(ctx, &setup->gas_rho);
+    pdi_expr_free(ctx, &setup->gas_p);
+    pdi_expr_free(ctx, &setup->initial);
+    for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
-    for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
+    for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
     PDI_DELETE(ctx, setup->identity_size, setup->identity);
@@ -30801,7 +30661,7 @@ PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
     double vars[PDI_SETUP_LAW];
     memset(vars, 0, sizeof vars);
-    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
@@ -30809,7 +30669,7 @@ PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
     double vars[PDI_SETUP_PLACE];
     memcpy(vars, x, PD_DIM * sizeof *x);
     vars[PD_DIM] = t;
-    return pd_expr_eval(expr, vars);
+    return pdi_expr_eval(expr, vars);
 }
 
 PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
@@ -30851,12 +30711,12 @@ PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const
     const char *folder;
     char own[PD_SETUP_NAME + 16];
     snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
-    PDI_TRY(pd_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
+    PDI_TRY(pdi_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(ctx, text, section, key, "the path is too long");
+        return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     if (!pdi_file_below(folder))
-        return pd_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
-                              " without '..': only who starts the run may choose another", folder);
+        return pdi_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
+                               " without '..': only who starts the run may choose another", folder);
     memcpy(setup->folder, folder, strlen(folder) + 1);
     return PD_OK;
 }
@@ -30888,7 +30748,7 @@ PDI_FN void pdi_setup_show(double value, const char *unit, char *text)
     pd_ctx_init(&quiet);
     memset(&dims, 0, sizeof dims);
     pd_units_parse(&quiet, unit, NULL, &dims);
-    pd_units_format(value, &dims, text);
+    pdi_units_format(value, &dims, text);
 }
 
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
@@ -30975,8 +30835,8 @@ static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int sec
         snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
     }
     pdi_units_hint(&near_word, hint);
-    return pd_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
-                          hint);
+    return pdi_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
+                           hint);
 }
 
 static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
@@ -30999,7 +30859,7 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
     for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
-        if (e->section == 0) continue; /* a pair before the first section: pd_text_unused */
+        if (e->section == 0) continue; /* a pair before the first section: pdi_text_unused */
         PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
         PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
     }
@@ -31025,7 +30885,7 @@ static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;
-    pd_units_describe(dims, text);
+    pdi_units_describe(dims, text);
     const char *open = strchr(text, '[');
     size_t size = open ? strcspn(open + 1, "]") : 0;
     if (open) memcpy(unit, open + 1, size);
@@ -31038,26 +30898,26 @@ static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section,
 {
     pd_expr expr;
     if (n->count == PDI_READ_CONSTANTS_MAX)
-        return pd_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
+        return pdi_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
     if (pdi_read_constants_taken(name))
-        return pd_text_refuse(ctx, text, section, name,
-                              "found the name '%.40s', expected one that expressions do not have", name);
-    PDI_TRY(pd_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
+        return pdi_text_refuse(ctx, text, section, name,
+                               "found the name '%.40s', expected one that expressions do not have", name);
+    PDI_TRY(pdi_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
     pd_expr_symbol *s = &n->symbol[n->count];
     s->name = name;
     s->unit = n->unit[n->count];
-    s->value = pd_expr_eval(&expr, NULL);
+    s->value = pdi_expr_eval(&expr, NULL);
     int fits = pdi_read_constants_unit(ctx, &expr.dims, n->unit[n->count]);
-    pd_expr_free(ctx, &expr);
+    pdi_expr_free(ctx, &expr);
     if (!fits)
-        return pd_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
+        return pdi_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
     text->const_count = ++n->count;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *n)
 {
-    int section = pd_text_section(ctx, text, "constants", NULL);
+    int section = pdi_text_section(ctx, text, "constants", NULL);
     n->count = 0;
     text->consts = n->symbol;
     text->const_count = 0;
@@ -31088,12 +30948,12 @@ static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
     const char *label = s->text->section[s->section].label;
     int taken = pdi_read_constants_taken(label);
     if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
-        return pd_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
-                              " letters, digits and _: [table NAME]", label);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
+                               " letters, digits and _: [table NAME]", label);
     for (int k = 0; k < s->text->const_count; k++) taken |= strcmp(s->text->consts[k].name, label) == 0;
     if (taken)
-        return pd_text_refuse(s->ctx, s->text, s->section, "table",
-                              "found the name '%s', expected one that expressions do not have", label);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "table",
+                               "found the name '%s', expected one that expressions do not have", label);
     memcpy(name, label, strlen(label) + 1);
     return PD_OK;
 }
@@ -31103,16 +30963,16 @@ static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key,
 {
     double number;
     char list[240] = "";
-    *column = pd_table_find(&s->table, heading);
+    *column = pdi_table_find(&s->table, heading);
     if (*column >= 0) return PD_OK;
     for (int k = 0; k < s->table.columns; k++) {
         size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pd_table_text(&s->table, -1, k));
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_text(&s->table, -1, k));
         if (pdi_file_parse(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
     }
     if (*column >= 0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
-                          s->table.path, list);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
+                           s->table.path, list);
 }
 
 /* The unit at the end of a heading, "loss [%]" or "loss [1]"; none: a plain number. */
@@ -31133,7 +30993,7 @@ static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key
     size_t size = strlen(given);
     const char *in = NULL;
     unit[0] = '\0';
-    if (size >= PD_EXPR_LENGTH) return pd_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
+    if (size >= PD_EXPR_LENGTH) return pdi_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
     memcpy(heading, given, size + 1);
     for (size_t k = 1; k + 4 < size; k++)
         if (memcmp(given + k, " in ", 4) == 0) {
@@ -31141,8 +31001,8 @@ static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key
             size = k;
         }
     if (in && strlen(in) >= PD_UNITS_TEXT)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                              " 'in'", in);
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                               " 'in'", in);
     if (in) memcpy(unit, in, strlen(in) + 1);
     while (size > 0 && pdi_units_blank(heading[size - 1])) size--;
     heading[size] = '\0';
@@ -31155,15 +31015,15 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *s, const char *ke
     const char *given, *name;
     char heading[PD_EXPR_LENGTH];
     int column;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, fallback, &given));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, key, fallback, &given));
     PDI_TRY(pdi_read_tables_split(s, key, given, heading, unit));
     PDI_TRY(pdi_read_tables_find(s, key, heading, &column));
-    name = pd_table_text(&s->table, -1, column);
+    name = pdi_table_text(&s->table, -1, column);
     if (bracket && !unit[0]) pdi_read_tables_bracket(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                              " 'in'", unit);
-    if (pd_table_column(s->ctx, &s->table, name, values) < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                               " 'in'", unit);
+    if (pdi_table_column(s->ctx, &s->table, name, values) < 0)
         return pdi_named_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
@@ -31176,7 +31036,7 @@ static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, doub
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
     PDI_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
     PDI_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
@@ -31184,14 +31044,14 @@ static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, doub
         char before[PD_UNITS_TEXT] = "";
         if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
         if (wrong)
-            return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
-                                  s->table.path, s->table.line[k], x[k], y[k], before, wrong);
+            return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
+                                   s->table.path, s->table.line[k], x[k], y[k], before, wrong);
     }
     for (int k = 0; k < s->table.rows; k++) {
         x[k] *= x_unit;
         y[k] *= y_unit;
     }
-    if (pd_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
+    if (pdi_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
     return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
 }
 
@@ -31201,7 +31061,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     double *x = NULL, *y = NULL;
     PDI_TRY(pdi_read_tables_name(s, table->name));
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
@@ -31210,7 +31070,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
-    pd_table_free(s->ctx, &s->table);
+    pdi_table_free(s->ctx, &s->table);
     return status;
 }
 
@@ -31222,13 +31082,13 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (int at = pd_text_next(ctx, text, "table", -1); at >= 0; at = pd_text_next(ctx, text, "table", at)) count++;
+    for (int at = pdi_text_next(ctx, text, "table", -1); at >= 0; at = pdi_text_next(ctx, text, "table", at)) count++;
     if (!count) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "chart", count, setup->table));
     setup->tables = count;
     PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
-    for (s.section = pd_text_next(ctx, text, "table", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "table", s.section), k++)
+    for (s.section = pdi_text_next(ctx, text, "table", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "table", s.section), k++)
         PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
     text->tables = setup->function;
     text->table_count = count;
@@ -31399,35 +31259,35 @@ typedef enum pdi_read_shapes_form {
 static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
 {
     int count;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
-                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
+                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
 {
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
     if (*value > 0.0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
 
 static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_BOX;
-    PDI_TRY(pd_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
-                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
+                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
     shape->type = PD_SHAPE_CYLINDER;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
-    if (pd_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
+    if (pdi_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
     return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
 }
 
@@ -31436,13 +31296,13 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
-    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
-    if (!yes) return pd_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
+    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    if (!yes) return pdi_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
     PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
     PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
     for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
     if (size > 0.0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
+    return pdi_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
 /* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
@@ -31453,19 +31313,19 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
     uint8_t *mask = NULL;
     memset(&image, 0, sizeof image);
     if (PD_DIM != 2)
-        return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
-                              " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
+                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
+    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     for (int row = 0; row < image.height && status == PD_OK; row++)
         for (int column = 0; column < image.width; column++)
             mask[(size_t)(image.height - 1 - row) * (size_t)image.width + (size_t)column] =
-                pd_image_gray(&image, column, row) >= 128;
+                pdi_image_gray(&image, column, row) >= 128;
     shape->n[0] = image.width;
     shape->n[PD_DIM - 1] = image.height;
     shape->mask = mask;
-    pd_image_free(s->ctx, &image);
+    pdi_image_free(s->ctx, &image);
     return status;
 }
 
@@ -31480,8 +31340,8 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
     PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
-            return pd_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
-                                  number[d]);
+            return pdi_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
+                                   number[d]);
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
@@ -31491,9 +31351,9 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
         return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
-        status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
-                                "found a file of %.0f bytes, expected %.0f, one for each"
-                                " voxel", (double)size, voxels);
+        status = pdi_text_refuse(s->ctx, s->text, s->section, "raw",
+                                 "found a file of %.0f bytes, expected %.0f, one for each"
+                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK && mask) {
         memcpy(mask, bytes, size);
@@ -31508,12 +31368,12 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     int count;
     shape->type = PD_SHAPE_VOXELS;
     PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "cell",
-                                  "expected one positive length or one for each axis");
+            return pdi_text_refuse(s->ctx, s->text, s->section, "cell",
+                                   "expected one positive length or one for each axis");
     }
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
@@ -31527,7 +31387,7 @@ static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const
             *index = s->index[k];
             return PD_OK;
         }
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
 }
 
 static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
@@ -31538,10 +31398,10 @@ static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_f
     shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
                   : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
                                                  : PD_SHAPE_DIFFERENCE;
-    PDI_TRY(pd_text_words(s->ctx, s->text, s->section, key, NULL, &list));
+    PDI_TRY(pdi_text_words(s->ctx, s->text, s->section, key, NULL, &list));
     if (list.count < 2 || list.count > room)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
-                              list.count > 1 ? "s" : "", room);
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
+                               list.count > 1 ? "s" : "", room);
     for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find(s, key, list.word[k], &shape->child[k]));
     shape->children = list.count;
     return PD_OK;
@@ -31551,18 +31411,18 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
 {
     int found = -1;
     for (int k = 0; pdi_read_shapes_forms[k]; k++) {
-        if (!pd_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
+        if (!pdi_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
         if (found >= 0)
-            return pd_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
-                                  "found beside '%s', expected one"
-                                  " primitive or operation in a [shape] section",
-                                  pdi_read_shapes_forms[found]);
+            return pdi_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
+                                   "found beside '%s', expected one"
+                                   " primitive or operation in a [shape] section",
+                                   pdi_read_shapes_forms[found]);
         found = k;
     }
     if (found < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape",
-                              "found no geometry, expected one of box, ball, cylinder,"
-                              " half_space, mask, raw, union, intersect, difference");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
+                               "found no geometry, expected one of box, ball, cylinder,"
+                               " half_space, mask, raw, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
@@ -31590,7 +31450,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
     }
     PDI_TRY(pdi_setup_shape(s->ctx, s->setup, &shape, index));
-    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
     return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
 }
 
@@ -31601,15 +31461,15 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     int found = 0;
     const char *name;
     pd_material material;
-    if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
+    if (!pdi_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
                               PDI_MATERIAL_NAMES);
     if (!s->materials++) u->metal[0].material = material;
     while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
     if (found == PD_SETUP_METALS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
     pd_setup_metal *metal = &u->metal[found];
     if (found == u->metals) {
         metal->material = material;
@@ -31626,24 +31486,24 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
-    if (!pd_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
+    if (!pdi_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
     PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
-    PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    PDI_TRY(pdi_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
-                              grain.spread);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                               grain.spread);
     if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
-        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width",
-                              "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "boundary_width",
+                               "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
                     fabs(grain.boundary_width - first->boundary_width);
     if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
-        return pd_text_refuse(s->ctx, s->text, s->section, "grains",
-                              "found other grains than in a shape above, expected the same for all solids");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "grains",
+                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
@@ -31655,16 +31515,16 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
     if (u->wall_count >= PD_SETUP_WALLS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
     pd_setup_wall *w = &u->walls[u->wall_count++];
     w->shape = index;
     w->section = s->section;
-    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
-        PDI_TRY(pd_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                             &w->held));
-        if (!w->held.uses && !(pd_expr_eval(&w->held, NULL) >= 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
-                                  pd_expr_eval(&w->held, NULL));
+    if (u->has_transport && pdi_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pdi_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                              &w->held));
+        if (!w->held.uses && !(pdi_expr_eval(&w->held, NULL) >= 0.0))
+            return pdi_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
+                                   pdi_expr_eval(&w->held, NULL));
         w->holds = 1;
     }
     return pdi_setup_join(s->ctx, u, index, &u->wall);
@@ -31676,13 +31536,13 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
     pd_setup *u = s->setup;
     double value;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
     if (!(value >= 0.0))
-        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
     if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
-                              " expected the same for all");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                               " expected the same for all");
     u->medium_diffusivity = value;
     return pdi_setup_join(s->ctx, u, index, &u->medium);
 }
@@ -31691,7 +31551,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
 static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 {
     if (!s->setup->has_corrode)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
@@ -31700,10 +31560,10 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
-    if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
+    if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
     if (s->names >= PD_SETUP_SHAPES)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
+        return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
     PDI_TRY(pdi_read_shapes_geometry(s, &index));
     s->name[s->names] = label;
     s->index[s->names] = index;
@@ -31728,15 +31588,15 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.text = text;
     s.folder = folder;
     s.setup = setup;
-    for (s.section = pd_text_next(ctx, text, "shape", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "shape", s.section))
+    for (s.section = pdi_text_next(ctx, text, "shape", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "shape", s.section))
         PDI_TRY(pdi_read_shapes_section(&s));
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
-        return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                              " medium or passive",
-                              s.name[k]);
+        return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
+                               "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                               " medium or passive",
+                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
@@ -31750,16 +31610,16 @@ PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, 
                                   double low, double high, int low_open, double *value)
 {
     char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
     if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
     pdi_setup_show(*value, unit, found);
     pdi_setup_show(low, unit, bottom);
     pdi_setup_show(high, unit, top);
     if (high < PDI_READER_HUGE || *value > high)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                              low_open ? "above" : "from", bottom, top);
-    return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
-                          low_open ? "a positive value" : "a value of at least 0");
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
+                               low_open ? "above" : "from", bottom, top);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
+                           low_open ? "a positive value" : "a value of at least 0");
 }
 
 PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
@@ -31777,10 +31637,10 @@ PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char 
 PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
 {
     pd_expr *initial = &s->setup->initial;
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
-    if (pd_expr_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                              pd_expr_eval(initial, NULL));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
+    if (pdi_expr_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                               pdi_expr_eval(initial, NULL));
     return PD_OK;
 }
 
@@ -31792,8 +31652,8 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
 
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
-    for (int section = -1; (section = pd_text_next(s->ctx, s->text, name, section)) >= 0;)
-        if (pd_text_has(s->ctx, s->text, section, NULL)) return 1;
+    for (int section = -1; (section = pdi_text_next(s->ctx, s->text, name, section)) >= 0;)
+        if (pdi_text_has(s->ctx, s->text, section, NULL)) return 1;
     return 0;
 }
 
@@ -31803,9 +31663,9 @@ static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrod
 static int pdi_read_metal_section(pdi_reader *s, int m)
 {
     const pd_setup *u = s->setup;
-    int own = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
-    if (pd_text_has(s->ctx, s->text, own, NULL)) return own;
-    return pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int own = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
+    if (pdi_text_has(s->ctx, s->text, own, NULL)) return own;
+    return pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
 }
 
 /* Sections of metals that are there, with what belongs to one metal. */
@@ -31824,11 +31684,11 @@ static pd_status pdi_read_metal_labels(pdi_reader *s)
         for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
         for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
         if (!known)
-            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+            return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
                                   "found the metal '%.40s', expected a material of the shapes: %s", section->label,
                                   names);
         if (!single)
-            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+            return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
                                   "found in the section of one metal, expected it in [%s], which tells of all metals",
                                   section->name);
     }
@@ -31849,7 +31709,7 @@ static void pdi_read_metal_named(pdi_reader *s, const pd_setup_metal *metal)
 PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int all = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int all = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
     pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->metal[0].material.density);
     pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->metal[0].material.molar_mass);
     pdi_read_constants_append(s->text, &s->named, "z_m", "", u->metal[0].material.charge);
@@ -31857,15 +31717,15 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
         int section = pdi_read_metal_section(s, m);
-        if (pd_text_has(s->ctx, s->text, section, "charge"))
+        if (pdi_text_has(s->ctx, s->text, section, "charge"))
             PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
         pdi_read_metal_named(s, metal);
-        if (pd_text_has(s->ctx, s->text, section, "Cs"))
+        if (pdi_text_has(s->ctx, s->text, section, "Cs"))
             PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
     }
     pdi_read_metal_named(s, &u->metal[0]);
     pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->metal[0].solid_c);
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
+    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
     PDI_TRY(pdi_reader_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
@@ -31879,7 +31739,7 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
     if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
-        return pd_text_refuse(s->ctx, s->text, section, key,
+        return pdi_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
     pdi_setup_show(s->setup->h[0], "m", slow);
@@ -31893,9 +31753,9 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
                                      pd_setup_metal *metal)
 {
     double factor;
-    if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
+    if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
     metal->rate_scale *= factor;
     return pdi_read_metal_check(s, section, key, metal);
@@ -31905,10 +31765,10 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
 static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
-    int layers = pd_text_has(s->ctx, s->text, section, "law");
+    int layers = pdi_text_has(s->ctx, s->text, section, "law");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law",
+            return pdi_text_refuse(s->ctx, s->text, section, "law",
                                   "found different spacings of the axes, expected rate = speed there");
     metal->rate_scale = layers ? u->h[0] : 1.0;
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
@@ -31918,7 +31778,7 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
 static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
     pd_material metal = m->material;
-    int current = pd_text_has(s->ctx, s->text, section, "current");
+    int current = pdi_text_has(s->ctx, s->text, section, "current");
     metal.density = m->solid_c * metal.molar_mass;
     m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
     return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
@@ -31934,7 +31794,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
         status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
                                 : pdi_read_metal_layers(s, section, &u->metal[m]);
         if (status == PD_OK && u->has_corrode && u->metal[m].solid_c <= u->saturation)
-            return pd_text_refuse(s->ctx, s->text, section, "Csat",
+            return pdi_text_refuse(s->ctx, s->text, section, "Csat",
                                   "found %.6g mol/m3, expected less than Cs = %.6g mol/m3 of %s", u->saturation,
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
@@ -31949,21 +31809,21 @@ static pd_status pdi_read_metal_boundaries(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     PDI_TRY(pdi_reader_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
-                          "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+    return pdi_text_refuse(s->ctx, s->text, section, "gb_factor",
+                           "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
 }
 
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve || u->has_corrode) return PD_OK;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve",
-                              "found no [transport] section, expected one: the metal goes into the fluid");
+        return pdi_text_refuse(s->ctx, s->text, section, "dissolve",
+                               "found no [transport] section, expected one: the metal goes into the fluid");
     if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
-                              " solid");
+        return pdi_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind"
+                               " = solid");
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     return pdi_reader_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -31972,11 +31832,11 @@ PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "corrode", NULL);
     if (!u->has_corrode) return PD_OK;
     if (u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found beside [dissolve], expected one of them: both tell how the metal goes");
+        return pdi_text_refuse(s->ctx, s->text, section, "corrode",
+                               "found beside [dissolve], expected one of them: both tell how the metal goes");
     u->has_transport = u->has_dissolve = 1;
     return PD_OK;
 }
@@ -31990,24 +31850,24 @@ static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
     if (u->activation && u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "control",
-                              "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
-                              " bulk");
+        return pdi_text_refuse(s->ctx, s->text, section, "control",
+                               "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
+                               " bulk");
     if (printed && u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "weights",
-                              "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
-    if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
-    if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
+        return pdi_text_refuse(s->ctx, s->text, section, "weights",
+                               "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    if (u->stochastic) return pdi_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    if (!pdi_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
 /* D and the field at the start, unless [transport] has them. */
@@ -32015,16 +31875,16 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"D", "initial"};
     pd_setup *u = s->setup;
-    int transport = pd_text_has(s->ctx, s->text, pd_text_section(s->ctx, s->text, "transport", NULL), NULL);
+    int transport = pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "transport", NULL), NULL);
     for (int k = 0; k < 2 && transport; k++)
-        if (pd_text_has(s->ctx, s->text, section, keys[k]))
-            return pd_text_refuse(s->ctx, s->text, section, keys[k],
-                                  "found beside a [transport] section, expected it there");
+        if (pdi_text_has(s->ctx, s->text, section, keys[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, keys[k],
+                                   "found beside a [transport] section, expected it there");
     if (!transport) {
         PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
         PDI_TRY(pdi_reader_initial(s, section));
     }
-    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+    if (u->activation && (u->diffusivity > 0.0 || pdi_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     return pdi_reader_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
@@ -32033,22 +31893,22 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
 PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "corrode", NULL);
     double saturation;
     if (!u->has_corrode) return PD_OK;
     if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found no solid, expected a [shape ...] with kind = solid");
+        return pdi_text_refuse(s->ctx, s->text, section, "corrode",
+                               "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_read_metal_forms(s, section));
     PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     PDI_TRY(pdi_read_metal_fluid(s, section));
-    if (pd_text_has(s->ctx, s->text, section, "repassivation"))
+    if (pdi_text_has(s->ctx, s->text, section, "repassivation"))
         PDI_TRY(pdi_reader_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
                                  &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "repassivation",
-                              "found beside control = activation, expected diffusion: there all fluid holds bulk");
+        return pdi_text_refuse(s->ctx, s->text, section, "repassivation",
+                               "found beside control = activation, expected diffusion: there all fluid holds bulk");
     return PD_OK;
 }
 
@@ -32060,57 +31920,57 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
 {
     static const char *const flows[] = {"slip", "inlet", "outlet", "periodic", "mirror", NULL};
     int flow;
-    PDI_TRY(pd_text_choice(ctx, text, section, "flow", flows, "slip", &flow));
+    PDI_TRY(pdi_text_choice(ctx, text, section, "flow", flows, "slip", &flow));
     side->kind = (pd_side)flow;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *u)
 {
-    int section = pd_text_section(ctx, text, "gas", NULL);
+    int section = pdi_text_section(ctx, text, "gas", NULL);
     const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" :
                          u->has_corrode ? "corrode" : NULL;
     if (!u->has_gas || !beside) return PD_OK;
-    return pd_text_refuse(ctx, text, section, "gas", "found beside [%s], expected [gas] alone: an inviscid gas carries "
-                          "nothing and attacks nothing", beside);
+    return pdi_text_refuse(ctx, text, section, "gas", "found beside [%s], expected [gas] alone: an inviscid gas "
+                           "carries nothing and attacks nothing", beside);
 }
 
 /* An expression in x, y, z; a constant one must be positive. */
 static pd_status pdi_read_gas_positive(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
                                        pd_expr *expr)
 {
-    PDI_TRY(pd_text_expr(ctx, text, section, key, unit, pdi_setup_position(), PD_DIM, NULL, expr));
-    if (!pd_expr_constant(expr)) return PD_OK;
-    double value = pd_expr_eval(expr, NULL);
+    PDI_TRY(pdi_text_expr(ctx, text, section, key, unit, pdi_setup_position(), PD_DIM, NULL, expr));
+    if (!pdi_expr_constant(expr)) return PD_OK;
+    double value = pdi_expr_eval(expr, NULL);
     if (value > 0.0 && value < 1e100) return PD_OK;
-    return pd_text_refuse(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
+    return pdi_text_refuse(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
 }
 
 /* A number above `low` and at most `high`. */
 static pd_status pdi_read_gas_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
                                      double low, double high, double *value)
 {
-    PDI_TRY(pd_text_number(ctx, text, section, key, "", fallback, value));
+    PDI_TRY(pdi_text_number(ctx, text, section, key, "", fallback, value));
     if (*value > low && *value <= high) return PD_OK;
-    return pd_text_refuse(ctx, text, section, key, "found %.6g, expected a value above %g and at most %g", *value, low,
-                          high);
+    return pdi_text_refuse(ctx, text, section, key, "found %.6g, expected a value above %g and at most %g", *value, low,
+                           high);
 }
 
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
 {
     static const char *const orders[] = {"second", "first", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
-    int section = pd_text_section(ctx, text, "gas", NULL), order;
+    int section = pdi_text_section(ctx, text, "gas", NULL), order;
     if (!u->has_gas) return PD_OK;
     if (u->axisymmetric)
-        return pd_text_refuse(ctx, text, section, "gas",
-                              "found in a box with geometry = axisymmetric, expected planar");
+        return pdi_text_refuse(ctx, text, section, "gas",
+                               "found in a box with geometry = axisymmetric, expected planar");
     PDI_TRY(pdi_read_gas_number(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
     PDI_TRY(pdi_read_gas_positive(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
     PDI_TRY(pdi_read_gas_positive(ctx, text, section, "p", "Pa", &u->gas_p));
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pd_text_expr(ctx, text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0", &u->start[d]));
-    PDI_TRY(pd_text_choice(ctx, text, section, "order", orders, "second", &order));
+        PDI_TRY(pdi_text_expr(ctx, text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0", &u->start[d]));
+    PDI_TRY(pdi_text_choice(ctx, text, section, "order", orders, "second", &order));
     u->gas_order = (pd_gas_order)order;
     return pdi_read_gas_number(ctx, text, section, "cfl", "0.8", 0.0, 1.0, &u->gas_cfl);
 }
@@ -32193,10 +32053,10 @@ static const char *const pdi_read_flat_ignored[][2] = {
 static pd_status pdi_read_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
                                  double high, int open, double *value)
 {
-    PDI_TRY(pd_text_number(ctx, text, 0, key, "", fallback, value));
+    PDI_TRY(pdi_text_number(ctx, text, 0, key, "", fallback, value));
     if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pd_text_refuse(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
-                          open ? "above" : "from", low, high);
+    return pdi_text_refuse(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
+                           open ? "above" : "from", low, high);
 }
 
 static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat *f)
@@ -32211,14 +32071,14 @@ static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat
 static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double value;
-    if (pd_text_has(ctx, text, 0, "D_grain") && !f->bonds)
+    if (pdi_text_has(ctx, text, 0, "D_grain") && !f->bonds)
         pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
-    if (pd_text_has(ctx, text, 0, "D_gb") && !f->bonds)
+    if (pdi_text_has(ctx, text, 0, "D_gb") && !f->bonds)
         pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_read_flat_ignored / sizeof pdi_read_flat_ignored[0]; k++) {
         const char *key = pdi_read_flat_ignored[k][0];
-        if (!pd_text_has(ctx, text, 0, key)) continue;
-        PDI_TRY(pd_text_number(ctx, text, 0, key, "", NULL, &value));
+        if (!pdi_text_has(ctx, text, 0, key)) continue;
+        PDI_TRY(pdi_text_number(ctx, text, 0, key, "", NULL, &value));
         pdi_setup_note(setup, "%s = %g is ignored: %s", key, value, pdi_read_flat_ignored[k][1]);
     }
     return PD_OK;
@@ -32230,15 +32090,15 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube, width = f->axisymmetric > 0.0 ? 1.0 : 2.0;
     if (!(cells < 1e9) || !(across < 1e9))
-        return pd_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
-                              cells, 2.0 * across);
+        return pdi_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
+                               cells, 2.0 * across);
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx",
-                              "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
-                              " of them", cells);
+        return pdi_text_refuse(ctx, text, 0, "dx",
+                               "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
+                               " of them", cells);
     if (PD_DIM == 2 && fabs(width * across - floor(width * across + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "%sR_tube %s %.6g cells, expected a whole number of them",
-                              width > 1.0 ? "2 " : "", width > 1.0 ? "are" : "is", width * across);
+        return pdi_text_refuse(ctx, text, 0, "dx", "%sR_tube %s %.6g cells, expected a whole number of them",
+                               width > 1.0 ? "2 " : "", width > 1.0 ? "are" : "is", width * across);
     for (int d = 0; d < PD_DIM; d++) {
         setup->h[d] = f->dx;
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
@@ -32247,8 +32107,8 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
     setup->m = f->m_ratio;
     if (!(f->axisymmetric > 0.0)) return PD_OK;
     if (PD_DIM != 2 || f->axisymmetric < 1.0)
-        return pd_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
-                              PD_DIM);
+        return pdi_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
+                               PD_DIM);
     setup->axisymmetric = 1;
     setup->lo[PD_DIM - 1] = 0.0;
     setup->side[2 * (PD_DIM - 1)].kind = PD_SIDE_MIRROR;
@@ -32272,8 +32132,8 @@ static pd_status pdi_read_flat_shapes(pd_ctx *ctx, const pd_text *text, const pd
     }
     if (!(f->R_wire > 0.0) || !(f->L_wire > 0.0)) return PD_OK;
     if (f->R_wire >= f->R_tube)
-        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
-                              f->R_tube);
+        return pdi_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
+                               f->R_tube);
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
@@ -32324,7 +32184,7 @@ static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd
     desc.text = text;
     desc.unit = "mol/m3";
     desc.allow_bare = 1;
-    return pd_expr_build(ctx, &desc, &setup->initial);
+    return pdi_expr_build(ctx, &desc, &setup->initial);
 }
 
 /* Sums over the bonds that a plane front along an axis opens: a node in row n from the fluid has those that reach n
@@ -32397,7 +32257,7 @@ static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     desc.unit = "m/s";
     desc.vars = concentration;
     desc.var_count = 1;
-    return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
+    return pdi_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
 static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
@@ -32406,11 +32266,11 @@ static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const 
     setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
-                              f->C_thresh, f->C_solid_init);
+        return pdi_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
+                               f->C_thresh, f->C_solid_init);
     if (f->bonds && !(f->C_thresh > 0.0))
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found 0 without k_corr, expected a positive one: bonds across"
-                              " the surface never empty a node");
+        return pdi_text_refuse(ctx, text, 0, "C_thresh", "found 0 without k_corr, expected a positive one: bonds across"
+                               " the surface never empty a node");
     setup->threshold = f->C_thresh / f->C_solid_init;
     setup->saturation = f->C_sat * intact;
     if (f->C_sat > 0.0)
@@ -32452,22 +32312,22 @@ PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *cons
     pdi_read_flat f;
     memset(&f, 0, sizeof f);
     PDI_TRY(pdi_read_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
-    for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
     PDI_TRY(pdi_read_flat_numbers(ctx, text, &f));
-    f.bonds = !pd_text_has(ctx, text, 0, "k_corr") &&
-              (pd_text_has(ctx, text, 0, "D_grain") || pd_text_has(ctx, text, 0, "D_gb"));
+    f.bonds = !pdi_text_has(ctx, text, 0, "k_corr") &&
+              (pdi_text_has(ctx, text, 0, "D_grain") || pdi_text_has(ctx, text, 0, "D_gb"));
     PDI_TRY(pdi_read_flat_notes(ctx, text, &f, setup));
     if (PD_DIM == 1)
-        return pd_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
+        return pdi_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
     PDI_TRY(pdi_read_flat_box(ctx, text, &f, setup));
     PDI_TRY(pdi_read_flat_shapes(ctx, text, &f, setup));
     pdi_read_flat_flow(&f, setup);
-    if (pd_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
+    if (pdi_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
     PDI_TRY(pdi_read_flat_transport(ctx, &f, setup));
     PDI_TRY(pdi_read_flat_dissolve(ctx, text, &f, setup));
     pdi_read_flat_grains(&f, setup);
     PDI_TRY(pdi_read_flat_output(ctx, text, &f, setup));
-    return pd_text_unused(ctx, text);
+    return pdi_text_unused(ctx, text);
 }
 #undef PDI_READ_FLAT_FRAMES
 #undef PDI_READ_FLAT_NUMBERS
@@ -32493,20 +32353,20 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
                                           const char *key, const char *fallback, unsigned *bits)
 {
     pd_word_list list;
-    int given = pd_text_has(ctx, text, section, key);
-    PDI_TRY(pd_text_words(ctx, text, section, key, fallback, &list));
+    int given = pdi_text_has(ctx, text, section, key);
+    PDI_TRY(pdi_text_words(ctx, text, section, key, fallback, &list));
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
         int field = 0;
         while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
         if (field == PD_FIELD_COUNT)
-            return pd_text_refuse(ctx, text, section, key,
-                                  "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                  " rate, density, damage, energy, or none", list.word[w]);
+            return pdi_text_refuse(ctx, text, section, key,
+                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                   " rate, density, damage, energy, or none", list.word[w]);
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
-            return pd_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
+            return pdi_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
         if (!needs) *bits |= 1u << field;
     }
     return PD_OK;
@@ -32518,11 +32378,11 @@ PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_se
     const char *value;
     pd_expr expr;
     pd_expr_desc desc;
-    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &value));
+    PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &value));
     *axis = value[0] - 'x';
     if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
-        return pd_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
-                              "xyz"[PD_DIM - 1]);
+        return pdi_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
+                               "xyz"[PD_DIM - 1]);
     memset(&desc, 0, sizeof desc);
     desc.text = value + 2;
     desc.consts = text->consts;
@@ -32532,11 +32392,11 @@ PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_se
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
-    if (pd_expr_build(ctx, &desc, &expr) < 0) return pdi_named_files_fail(ctx, text, section, key);
-    *at = pd_expr_eval(&expr, NULL);
-    pd_expr_free(ctx, &expr);
+    if (pdi_expr_build(ctx, &desc, &expr) < 0) return pdi_named_files_fail(ctx, text, section, key);
+    *at = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
-    return pd_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
+    return pdi_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
 
 /* A point of the box. */
@@ -32544,14 +32404,14 @@ static pd_status pdi_read_monitors_point(pdi_read_monitors *w, const char *key, 
 {
     const pd_setup *u = w->setup;
     int count;
-    PDI_TRY(pd_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    PDI_TRY(pdi_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis:"
-                              " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+        return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis:"
+                               " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
     for (int d = 0; d < PD_DIM; d++)
         if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
-            return pd_text_refuse(w->ctx, w->text, w->section, key,
-                                  "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
+            return pdi_text_refuse(w->ctx, w->text, w->section, key,
+                                   "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
     return PD_OK;
 }
 
@@ -32559,17 +32419,17 @@ static pd_status pdi_read_monitors_positive(pdi_read_monitors *w, const char *ke
                                             const char *fallback, double *value)
 {
     char found[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    PDI_TRY(pdi_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
     if (*value > 0.0) return PD_OK;
     pdi_setup_show(*value, unit, found);
-    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
+    return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
 }
 
 static pd_status pdi_read_monitors_concentration(pdi_read_monitors *w, const char *key, double *value)
 {
-    PDI_TRY(pd_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    PDI_TRY(pdi_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
     if (*value >= 0.0) return PD_OK;
-    return pd_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
+    return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
 }
 
 /* The box of a monitor; without the key that of the grid, if `optional`. */
@@ -32578,11 +32438,11 @@ static pd_status pdi_read_monitors_box(pdi_read_monitors *w, int optional, pd_se
     int count;
     memcpy(m->lo, w->setup->lo, sizeof m->lo);
     memcpy(m->hi, w->setup->hi, sizeof m->hi);
-    if (optional && !pd_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
-    PDI_TRY(pd_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    if (optional && !pdi_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
+    PDI_TRY(pdi_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis:"
-                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis:"
+                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 /* ---- sections ---- */
@@ -32591,7 +32451,7 @@ static pd_status pdi_read_monitors_needs(pdi_read_monitors *w, int has, const ch
 {
     const char *name = w->text->section[w->section].name;
     if (has) return PD_OK;
-    return pd_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
+    return pdi_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
 static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *m)
@@ -32602,21 +32462,21 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
     length = sqrt(length);
     if (!(length > 0.0))
-        return pd_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
+        return pdi_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
     PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
     m->images = m->fields;
-    if (pd_text_has(w->ctx, w->text, w->section, "images"))
+    if (pdi_text_has(w->ctx, w->text, w->section, "images"))
         PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
     if (m->images & ~m->fields)
-        return pd_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
-    if (!pd_text_has(w->ctx, w->text, w->section, "spacing"))
-        return pd_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_POINTS, NULL, &m->points);
-    if (pd_text_has(w->ctx, w->text, w->section, "points"))
-        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
+        return pdi_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
+    if (!pdi_text_has(w->ctx, w->text, w->section, "spacing"))
+        return pdi_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_POINTS, NULL, &m->points);
+    if (pdi_text_has(w->ctx, w->text, w->section, "points"))
+        return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
     PDI_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
     if (length / spacing > PDI_READ_MONITORS_POINTS - 1.0)
-        return pd_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
-                              spacing, PDI_READ_MONITORS_POINTS);
+        return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
+                               spacing, PDI_READ_MONITORS_POINTS);
     m->points = (int)fmax(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
@@ -32627,12 +32487,12 @@ static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor 
     const pd_setup *u = w->setup;
     double at = 0.0, index;
     if (u->has_gas)
-        return pd_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
+        return pdi_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
     PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
     index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5);
     if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
-        return pd_text_refuse(w->ctx, w->text, w->section, "at",
-                              "found %.6g m, expected a place at least half a cell inside of the box", at);
+        return pdi_text_refuse(w->ctx, w->text, w->section, "at",
+                               "found %.6g m, expected a place at least half a cell inside of the box", at);
     m->index = (int)index;
     return PD_OK;
 }
@@ -32642,16 +32502,16 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors *w, pd_setup_monitor 
 {
     const char *name;
     int k = 0;
-    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "shape", NULL, &name));
-    for (int s = -1; (s = pd_text_next(w->ctx, w->text, "shape", s)) >= 0; k++) {
+    PDI_TRY(pdi_text_string(w->ctx, w->text, w->section, "shape", NULL, &name));
+    for (int s = -1; (s = pdi_text_next(w->ctx, w->text, "shape", s)) >= 0; k++) {
         if (strcmp(w->text->section[s].label, name) != 0) continue;
         m->shape = 1 + w->setup->named[k];
         if (m->shape > 0) return PD_OK;
-        return pd_text_refuse(w->ctx, w->text, w->section, "shape",
-                              "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
+        return pdi_text_refuse(w->ctx, w->text, w->section, "shape",
+                               "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
     }
-    return pd_text_refuse(w->ctx, w->text, w->section, "shape",
-                          "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
+    return pdi_text_refuse(w->ctx, w->text, w->section, "shape",
+                           "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
 }
 
 /* Reference values make coefficients: 2 F/(rho U^2 A). A shape needs no box, and a box then no room for a balance. */
@@ -32659,11 +32519,11 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor 
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
     PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_flow, "flow"));
-    int named = pd_text_has(w->ctx, w->text, w->section, "shape");
+    int named = pdi_text_has(w->ctx, w->text, w->section, "shape");
     if (named) PDI_TRY(pdi_read_monitors_shape(w, m));
     PDI_TRY(pdi_read_monitors_box(w, named, m));
-    PDI_TRY(pd_text_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
-    if (!pd_text_has(w->ctx, w->text, w->section, "speed") && !pd_text_has(w->ctx, w->text, w->section, size))
+    PDI_TRY(pdi_text_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
+    if (!pdi_text_has(w->ctx, w->text, w->section, "speed") && !pdi_text_has(w->ctx, w->text, w->section, size))
         return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
@@ -32676,26 +32536,26 @@ static pd_status pdi_read_monitors_against(pdi_read_monitors *w, pd_setup_monito
     const pd_setup *u = w->setup;
     const char *value;
     int inlets = 0;
-    PDI_TRY(pd_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    PDI_TRY(pdi_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
     for (int side = 0; side < 2 * PD_DIM; side++)
         inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
     if (strcmp(value, "inlet") == 0) {
         m->against = PD_AGAINST_INLET;
         m->fluid = u->inlet;
         if (inlets && u->enters)
-            return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
-                                  "found 'inlet', whose C is no constant, expected bulk or a concentration");
+            return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
+                                   "found 'inlet', whose C is no constant, expected bulk or a concentration");
         if (inlets) return PD_OK;
-        return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
-                              "found 'inlet' in a scene without one, expected bulk or a concentration");
+        return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
+                               "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
     if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid);
     m->against = PD_AGAINST_BULK;
     PDI_TRY(pdi_read_monitors_needs(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
-    return pd_text_refuse(w->ctx, w->text, w->section, "fluid",
-                          "found 'bulk' without the axis of the stream, expected along = %s",
-                          PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
+    return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
+                           "found 'bulk' without the axis of the stream, expected along = %s",
+                           PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
 }
 
 static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monitor *m)
@@ -32708,11 +32568,11 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monit
     PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_transport, "transport"));
     PDI_TRY(pdi_read_monitors_box(w, 1, m));
     m->axis = -1;
-    if (pd_text_has(w->ctx, w->text, w->section, "along"))
-        PDI_TRY(pd_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
-    if (pd_text_has(w->ctx, w->text, w->section, "area"))
+    if (pdi_text_has(w->ctx, w->text, w->section, "along"))
+        PDI_TRY(pdi_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+    if (pdi_text_has(w->ctx, w->text, w->section, "area"))
         PDI_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
-    if (!pd_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
+    if (!pdi_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
     PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface));
     PDI_TRY(pdi_read_monitors_against(w, m));
@@ -32725,10 +32585,10 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     pd_setup *u = w->setup;
     const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
     if (u->monitors >= PD_SETUP_MONITORS)
-        return pd_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
-                              PD_SETUP_MONITORS);
+        return pdi_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
+                               PD_SETUP_MONITORS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
+        return pdi_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     m->kind = kind;
     m->line = w->text->section[w->section].line;
@@ -32748,9 +32608,9 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     pd_setup *u = w->setup;
     const char *label = w->text->section[w->section].label;
     if (u->probes >= PD_SETUP_PROBES)
-        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+        return pdi_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
+        return pdi_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
     pd_setup_probe *p = &u->probe[u->probes++];
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
@@ -32765,13 +32625,13 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
     w.ctx = ctx;
     w.text = text;
     w.setup = setup;
-    for (w.section = pd_text_next(ctx, text, "probe", -1); w.section >= 0;
-         w.section = pd_text_next(ctx, text, "probe", w.section))
+    for (w.section = pdi_text_next(ctx, text, "probe", -1); w.section >= 0;
+         w.section = pdi_text_next(ctx, text, "probe", w.section))
         PDI_TRY(pdi_read_monitors_probe(&w));
     for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
         const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
-        for (w.section = pd_text_next(ctx, text, name, -1); w.section >= 0;
-             w.section = pd_text_next(ctx, text, name, w.section))
+        for (w.section = pdi_text_next(ctx, text, name, -1); w.section >= 0;
+             w.section = pdi_text_next(ctx, text, name, w.section))
             PDI_TRY(pdi_read_monitors_monitor(&w, (pd_monitor_kind)kind));
     }
     return PD_OK;
@@ -32791,7 +32651,7 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
 static const char *pdi_read_measured_spread(const pdi_read_tables *s)
 {
     for (int k = 0; k < s->table.columns; k++)
-        if (strncmp(pd_table_text(&s->table, -1, k), "spread", 6) == 0) return pd_table_text(&s->table, -1, k);
+        if (strncmp(pdi_table_text(&s->table, -1, k), "spread", 6) == 0) return pdi_table_text(&s->table, -1, k);
     return NULL;
 }
 
@@ -32800,18 +32660,18 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
     if (pd_units_same(found, wanted)) return PD_OK;
-    pd_units_describe(found, is);
-    pd_units_describe(wanted, expected);
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such as"
-                          " 'time_h in h'", is, expected);
+    pdi_units_describe(found, is);
+    pdi_units_describe(wanted, expected);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
+                           "as 'time_h in h'", is, expected);
 }
 
 /* The line of the file of a bad point. */
 static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const char *key, double found,
                                        const char *expected)
 {
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
-                          s->table.line[row], found, expected);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
+                           s->table.line[row], found, expected);
 }
 
 static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
@@ -32822,7 +32682,7 @@ static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
     PDI_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
     PDI_TRY(pdi_read_measured_dims(s, "time", &dims, &wanted));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
     for (int k = 0; k < s->table.rows; k++) {
         if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])
@@ -32843,7 +32703,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_rec
         if (!(fabs(r->value[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
-    if (!spread && !pd_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
+    if (!spread && !pdi_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->spread));
     PDI_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
     PDI_TRY(pdi_read_measured_dims(s, "spread", &dims, &r->dims));
@@ -32859,11 +32719,11 @@ static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_rec
 static pd_status pdi_read_measured_figure(const pdi_read_tables *s, pd_setup_record *r)
 {
     const char *of;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
     const char *first = strchr(of, '.'), *last = strrchr(of, '.');
     if (strlen(of) >= sizeof r->figure || (strcmp(of, "volume_loss") != 0 && first == last))
-        return pd_text_refuse(s->ctx, s->text, s->section, "of", "found '%.80s', expected volume_loss or a figure of"
-                              " another section such as plane.NAME.flow or probe.NAME.C", of);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "of", "found '%.80s', expected volume_loss or a figure of"
+                               " another section such as plane.NAME.flow or probe.NAME.C", of);
     memcpy(r->figure, of, strlen(of) + 1);
     return PD_OK;
 }
@@ -32879,9 +32739,9 @@ static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setu
     for (int k = 0; k < r->points; k++)
         if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
     pdi_setup_show(u->until, "s", until);
-    return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
-                          " before its end at t = %s; 'start' tells the time of the file at which the run begins",
-                          s->table.path, until);
+    return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
+                           " before its end at t = %s; 'start' tells the time of the file at which the run begins",
+                           s->table.path, until);
 }
 
 static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
@@ -32889,18 +32749,18 @@ static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
     if (u->records >= PD_SETUP_RECORDS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
-                              PD_SETUP_RECORDS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
+                               PD_SETUP_RECORDS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
     pd_setup_record *r = &u->record[u->records++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
-        return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
-                              " time and a value in each row", path, s->table.columns, s->table.rows);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
+                               " time and a value in each row", path, s->table.columns, s->table.rows);
     r->points = s->table.rows;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->time));
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->value));
@@ -32917,10 +32777,10 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (s.section = pd_text_next(ctx, text, "measured", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "measured", s.section)) {
+    for (s.section = pdi_text_next(ctx, text, "measured", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
-        pd_table_free(ctx, &s.table);
+        pdi_table_free(ctx, &s.table);
         PDI_TRY(status);
     }
     return PD_OK;
@@ -32934,10 +32794,10 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
         return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "found more than a line of %d bytes", PD_EXPR_LENGTH - 32);
     snprintf(line, sizeof line, "[measured data] file = %.4000s\n", text);
     pdi_setup_forget(ctx, setup);
-    PDI_TRY(pd_text_build(ctx, where, line, strlen(line), &scene));
+    PDI_TRY(pdi_text_build(ctx, where, line, strlen(line), &scene));
     pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
-    if (status == PD_OK) status = pd_text_unused(ctx, &scene);
-    pd_text_free(ctx, &scene);
+    if (status == PD_OK) status = pdi_text_unused(ctx, &scene);
+    pdi_text_free(ctx, &scene);
     for (int k = 0; k < setup->records; k++) setup->record[k].line = 0;
     return status;
 }
@@ -32975,7 +32835,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *r, double x_unit, do
 /* Keep in mind whether the file sets the knob. */
 static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob knob)
 {
-    if (pd_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+    if (pdi_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
 }
 
 /* ---- [grid] ---- */
@@ -32988,15 +32848,15 @@ static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
         if (!(cells < PDI_SCENE_CELLS)) {
             pdi_setup_show(u->h[d], "m", spacing);
-            return pd_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
-                                  " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
+            return pdi_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
+                                   " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
         }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
-        return pd_text_refuse(s->ctx, s->text, section, "box",
-                              "found %s on axis %c, %.6g cells of %s, expected a whole number"
-                              " of cells", edge, "xyz"[d], cells, spacing);
+        return pdi_text_refuse(s->ctx, s->text, section, "box",
+                               "found %s on axis %c, %.6g cells of %s, expected a whole number"
+                               " of cells", edge, "xyz"[d], cells, spacing);
     }
     return PD_OK;
 }
@@ -33009,11 +32869,11 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     int r = PD_DIM - 1;
     double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
     if (PD_DIM != 2)
-        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
-                              PD_DIM);
+        return pdi_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                               PD_DIM);
     if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
         u->lo[r] = 0.0;
         u->side[2 * r].kind = PD_SIDE_MIRROR;
@@ -33022,29 +32882,29 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
     pdi_setup_show(u->lo[r], "m", found);
     pdi_setup_show(reach * u->h[r], "m", horizon);
-    return pd_text_refuse(s->ctx, s->text, section, "box",
-                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
-                          " horizon, %s", found, horizon);
+    return pdi_text_refuse(s->ctx, s->text, section, "box",
+                           "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                           " horizon, %s", found, horizon);
 }
 
 static pd_status pdi_scene_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "grid", NULL), count;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
+    int section = pdi_text_section(s->ctx, s->text, "grid", NULL), count;
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
     if (count != 1 && count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
+        return pdi_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) u->h[d] = u->h[0];
         if (!(u->h[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
+            return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
     PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
-    PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
-                              " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
-    PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+        return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
+                               " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     PDI_TRY(pdi_scene_whole_cells(s, section));
     return pdi_scene_geometry(s, section);
 }
@@ -33053,13 +32913,14 @@ static pd_status pdi_scene_grid(pdi_reader *s)
 
 static pd_status pdi_scene_side_names(pdi_reader *s)
 {
-    for (int k = pd_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pd_text_next(s->ctx, s->text, "side", k)) {
+    for (int k = pdi_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pdi_text_next(s->ctx, s->text, "side", k)) {
         const char *label = s->text->section[k].label;
         int known = 0;
         for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
         if (!known)
-            return pd_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
-                                  " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "", PD_DIM);
+            return pdi_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
+                                   " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "",
+                                   PD_DIM);
     }
     return PD_OK;
 }
@@ -33068,7 +32929,7 @@ static pd_status pdi_scene_side_names(pdi_reader *s)
 static pd_status pdi_scene_expr(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                 pd_expr *expr)
 {
-    return pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
+    return pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
 }
 
 /* What goes through an inlet: a constant, left to the caller (stream->uses is 0), or a function of time. */
@@ -33076,21 +32937,21 @@ static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, c
 {
     PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
     if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
-                          " profile = expression with a velocity");
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
+                           " profile = expression with a velocity");
 }
 
 static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int volume = pd_text_has(s->ctx, s->text, section, "flow_rate");
+    int volume = pdi_text_has(s->ctx, s->text, section, "flow_rate");
     if (!volume) PDI_TRY(pdi_scene_stream(s, section, "mean", "m/s", &side->stream));
     if (!volume && side->stream.uses) return PD_OK;
     if (!volume) return pdi_reader_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
-    if (pd_text_has(s->ctx, s->text, section, "mean"))
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
+    if (pdi_text_has(s->ctx, s->text, section, "mean"))
+        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate",
-                              "found a volume flow in 1D, expected mean = speed");
+        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate",
+                               "found a volume flow in 1D, expected mean = speed");
     side->flow_rate = 1.0;
     PDI_TRY(pdi_scene_stream(s, section, "flow_rate", "m3/s", &side->stream));
     if (side->stream.uses) return PD_OK;
@@ -33102,15 +32963,15 @@ static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     int profile;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
     if (side->profile != PD_PROFILE_EXPRESSION) return pdi_scene_speed(s, section, side);
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
     for (int d = 0; d < PD_DIM; d++)
-        if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "profile",
-                          "found 'expression' without a velocity, expected vx = ...");
+        if (pdi_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "profile",
+                           "found 'expression' without a velocity, expected vx = ...");
 }
 
 /* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
@@ -33120,8 +32981,8 @@ static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, con
     PDI_TRY(pdi_reader_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_HUGE : 0.0, PDI_READER_HUGE, 0,
                              &found));
     if (*seen && fabs(found - *value) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
-                              found, *value);
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
+                               found, *value);
     *seen = 1;
     *value = found;
     return PD_OK;
@@ -33141,7 +33002,7 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
     pd_expr found;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", "0", &found));
     if (!found.uses) {
-        pd_expr_free(s->ctx, &found);
+        pdi_expr_free(s->ctx, &found);
         return pdi_scene_same(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
     }
     side->entering = found;
@@ -33154,18 +33015,18 @@ static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
     int count;
-    if (s->setup->has_flow && pd_text_has(s->ctx, s->text, section, "velocity")) {
-        PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                              PD_DIM, side->slide, &count));
+    if (s->setup->has_flow && pdi_text_has(s->ctx, s->text, section, "velocity")) {
+        PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                               PD_DIM, side->slide, &count));
         for (int d = 0; d < count; d++)
-            side->slides = side->slides || side->slide[d].uses || fabs(pd_expr_eval(&side->slide[d], NULL)) > 0.0;
+            side->slides = side->slides || side->slide[d].uses || fabs(pdi_expr_eval(&side->slide[d], NULL)) > 0.0;
         const pd_expr *across = &side->slide[k / 2];
-        if (count != PD_DIM || across->uses || fabs(pd_expr_eval(across, NULL)) > 0.0)
-            return pd_text_refuse(s->ctx, s->text, section, "velocity",
-                                  "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
-                                  "xyz"[k / 2]);
+        if (count != PD_DIM || across->uses || fabs(pdi_expr_eval(across, NULL)) > 0.0)
+            return pdi_text_refuse(s->ctx, s->text, section, "velocity",
+                                   "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
+                                   "xyz"[k / 2]);
     }
-    if (!s->setup->has_transport || !pd_text_has(s->ctx, s->text, section, "C")) return PD_OK;
+    if (!s->setup->has_transport || !pdi_text_has(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
     double held;
@@ -33179,9 +33040,9 @@ static pd_status pdi_scene_pairs(pdi_reader *s)
         const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
         if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
         int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
-                              pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        return pdi_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
+                               pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
     }
     return PD_OK;
 }
@@ -33189,10 +33050,10 @@ static pd_status pdi_scene_pairs(pdi_reader *s)
 /* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
 static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int corrode = pd_text_section(s->ctx, s->text, "corrode", NULL);
-    if (pd_text_has(s->ctx, s->text, section, "C"))
-        return pd_text_refuse(s->ctx, s->text, section, "C",
-                              "found beside flow = open, expected bulk in [corrode], or C without open");
+    int corrode = pdi_text_section(s->ctx, s->text, "corrode", NULL);
+    if (pdi_text_has(s->ctx, s->text, section, "C"))
+        return pdi_text_refuse(s->ctx, s->text, section, "C",
+                               "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->holds = 1;
     return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
@@ -33205,21 +33066,21 @@ static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, 
     pd_setup *u = s->setup;
     int flow;
     if (u->has_gas) return pdi_read_gas_side(s->ctx, s->text, section, &u->side[k]);
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (u->axisymmetric && k / 2 == PD_DIM - 1) {
         int axis = u->side[k].kind == PD_SIDE_MIRROR;
         if (axis && flow != PD_SIDE_MIRROR)
-            return pd_text_refuse(s->ctx, s->text, section, "flow",
-                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+            return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                                   "found '%s' on the axis, expected mirror or nothing", flows[flow]);
         if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
-            return pd_text_refuse(s->ctx, s->text, section, "flow",
-                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+            return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
     if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found '%s' without a [flow] section, expected C = ... alone"
-                              " to hold a concentration", flows[flow]);
+        return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                               "found '%s' without a [flow] section, expected C = ... alone"
+                               " to hold a concentration", flows[flow]);
     if (flow == open) return pdi_scene_open(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
@@ -33235,8 +33096,8 @@ static pd_status pdi_scene_sides(pdi_reader *s)
     int inlets = 0, outlets = 0;
     PDI_TRY(pdi_scene_side_names(s));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        if (pd_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (pdi_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
     }
     return pdi_scene_pairs(s);
 }
@@ -33251,25 +33112,25 @@ static pd_status pdi_scene_motion(pdi_reader *s, int section)
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->motion = (pd_motion)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
-            return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
-                                  motions[motion]);
+            return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
+                                   motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
     if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
-                              " implicit or explicit: a given flow does not enter where metal was");
+        return pdi_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
+                               " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
-                             &u->start[d]));
+        PDI_TRY(pdi_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
+                              &u->start[d]));
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) {
         pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
         return pdi_reader_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
     return pdi_reader_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
 
@@ -33280,8 +33141,8 @@ static pd_status pdi_scene_compressible(pdi_reader *s, int section)
     double sound;
     int state;
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
-    if (!pd_text_has(s->ctx, s->text, section, "eos") && !pd_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    if (!pdi_text_has(s->ctx, s->text, section, "eos") && !pdi_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
     PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", "1 m/s", &sound));
     pdi_setup_note(s->setup,
                    "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
@@ -33293,28 +33154,28 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
-    if (!pd_text_has(s->ctx, s->text, section, "force")) return PD_OK;
-    PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                          PD_DIM, u->body, &count));
+    if (!pdi_text_has(s->ctx, s->text, section, "force")) return PD_OK;
+    PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                           PD_DIM, u->body, &count));
     for (int d = 0; d < count; d++) u->pushed = u->pushed || u->body[d].uses;
     if (u->pushed) return PD_OK;
-    for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body[d]);
-    return pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+    for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body[d]);
+    return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
 static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
+    int section = pdi_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_reader_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_reader_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_reader_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
     pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
     PDI_TRY(pdi_scene_force(s, section));
-    if (pd_text_has(s->ctx, s->text, section, "speed"))
+    if (pdi_text_has(s->ctx, s->text, section, "speed"))
         PDI_TRY(pdi_reader_positive(s, section, "speed", "m/s", NULL, &u->speed));
-    if (pd_text_has(s->ctx, s->text, section, "length"))
+    if (pdi_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
     PDI_TRY(pdi_scene_motion(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
@@ -33323,8 +33184,8 @@ static pd_status pdi_scene_flow(pdi_reader *s)
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found an inlet and no outlet, expected flow = outlet in a [side ...]");
+        return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                               "found an inlet and no outlet, expected flow = outlet in a [side ...]");
     return PD_OK;
 }
 
@@ -33332,15 +33193,15 @@ static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
-    if (!pd_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
+    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme;
+    if (!pdi_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found 'steady' beside metal that dissolves, expected implicit");
+        return pdi_text_refuse(s->ctx, s->text, section, "time",
+                               "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_reader_initial(s, section);
 }
 
@@ -33351,9 +33212,9 @@ static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, c
 {
     for (int k = 0; k < count; k++)
         if (pdi_setup_timed(&expr[k]))
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found a function of t in a scene that is steady, expected until = ... in [run], time"
-                                  " = implicit in [flow] or [transport], or a function of the place");
+            return pdi_text_refuse(s->ctx, s->text, section, key,
+                                   "found a function of t in a scene that is steady, expected until = ... in [run], "
+                                   "time = implicit in [flow] or [transport], or a function of the place");
     return PD_OK;
 }
 
@@ -33364,7 +33225,7 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     const pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *side = &u->side[k];
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         PDI_TRY(pdi_scene_steady(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean", &side->stream, 1));
         for (int d = 0; d < PD_DIM; d++)
             PDI_TRY(pdi_scene_steady(s, section, keys[d], &side->velocity[d], 1));
@@ -33374,22 +33235,22 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     for (int k = 0; k < u->wall_count; k++)
         PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
-    return pdi_scene_steady(s, pd_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
+    return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
 static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "run", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pd_text_has(s->ctx, s->text, section, "until");
+    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pdi_text_has(s->ctx, s->text, section, "until");
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
-        return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
-                              " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
+        return pdi_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
+                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
     if (!u->has_transport) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
@@ -33402,7 +33263,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = fmin(1.0, 25.0 * u->rtol);
-    if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
+    if (!pdi_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
@@ -33411,9 +33272,9 @@ static pd_status pdi_scene_slice(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
-    if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
-                                          PD_DIM);
+    if (!pdi_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
+    if (PD_DIM < 3) return pdi_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
+                                           PD_DIM);
     return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
@@ -33421,10 +33282,10 @@ static pd_status pdi_scene_slice(pdi_reader *s, int section)
 static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 {
     const char *value;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
     if (strlen(value) >= PD_SETUP_NAME || strpbrk(value, "/\\ :"))
-        return pd_text_refuse(s->ctx, s->text, section, "prefix", "found '%.40s', expected a short word without folder",
-                              value);
+        return pdi_text_refuse(s->ctx, s->text, section, "prefix",
+                               "found '%.40s', expected a short word without folder", value);
     memcpy(s->setup->prefix, value, strlen(value) + 1);
     return PD_OK;
 }
@@ -33432,14 +33293,14 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "output", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
-    if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
+    if (u->until > 0.0 && pdi_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_reader_positive(s, section, "every", "s", NULL, &u->every));
     if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
-        return pd_text_refuse(s->ctx, s->text, section, "every",
-                              "found %.3g frames until the end, expected at most 900000", u->until / u->every);
+        return pdi_text_refuse(s->ctx, s->text, section, "every",
+                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" : "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
@@ -33451,7 +33312,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
 /* Line of a section, 0: absent. */
 static int pdi_scene_line(pdi_reader *s, const char *name, const char *label)
 {
-    int section = pd_text_section(s->ctx, s->text, name, label);
+    int section = pdi_text_section(s->ctx, s->text, name, label);
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
@@ -33479,9 +33340,9 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     pdi_setup_split_path(path, name, folder);
     PDI_TRY(pdi_syntax_check(ctx, text));
     pdi_scene_lines(&s);
-    setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
-    setup->has_gas = pd_text_has(ctx, text, pd_text_section(ctx, text, "gas", NULL), NULL);
-    setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
+    setup->has_flow = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "flow", NULL), NULL);
+    setup->has_gas = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "gas", NULL), NULL);
+    setup->has_transport = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
@@ -33502,10 +33363,10 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
-    PDI_TRY(pd_text_unused(ctx, text));
+    PDI_TRY(pdi_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport)
-        return pd_text_refuse(ctx, text, 0, "scene",
-                              "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
+        return pdi_text_refuse(ctx, text, 0, "scene",
+                               "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
     return PD_OK;
 }
 
@@ -33513,9 +33374,9 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
                                 pd_setup *setup)
 {
     if (text->section_count <= 1 && text->entry_count == 0)
-        return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
-    if (pd_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
-    for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
+        return pdi_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
+    if (pdi_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
@@ -33529,14 +33390,14 @@ static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes
                                 int count, pd_setup *setup)
 {
     pd_text text;
-    PDI_TRY(pd_setup_init(ctx, setup));
+    PDI_TRY(pdi_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
     if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
-    pd_status status = bytes ? pd_text_build(ctx, path, bytes, strlen(bytes), &text) : pd_text_read(ctx, path, &text);
+    pd_status status = bytes ? pdi_text_build(ctx, path, bytes, strlen(bytes), &text) : pdi_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
         if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
-        pd_text_free(ctx, &text);
+        pdi_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);
     return status;
@@ -33746,7 +33607,7 @@ static int pdi_inlet_timed(const pd_setup *u)
     return timed;
 }
 
-double pd_inlet_mean(const pd_inlet *inlet, int side)
+PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side)
 {
     const pd_setup_side *s = &inlet->setup->side[side];
     double at[PD_DIM] = {0.0};
@@ -33779,7 +33640,7 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
-        if (s->stream.uses) inlet->mean[side] = pd_inlet_mean(inlet, side);
+        if (s->stream.uses) inlet->mean[side] = pdi_inlet_mean(inlet, side);
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
@@ -33787,7 +33648,7 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
     return PD_OK;
 }
 
-pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     pd_status status = pdi_inlet_make(ctx, setup, grid, inlet);
     int latest = inlet->latest;
@@ -33805,7 +33666,7 @@ static double pdi_inlet_round_profile(double k, double s)
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
-void pd_inlet_velocity(void *user, const double *x, double *u)
+PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *setup = inlet->setup;
@@ -33819,7 +33680,7 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
             pdi_inlet_expression(s, x, inlet->time, u);
             return;
         }
-        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pd_inlet_mean(inlet, side) : inlet->mean[side]);
+        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pdi_inlet_mean(inlet, side) : inlet->mean[side]);
         if (s->profile != PD_PROFILE_PARABOLA) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
@@ -33836,7 +33697,7 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
     }
 }
 
-int pd_inlet_enters(void *user, int side, const double *x)
+PDI_FN int pdi_inlet_enters(void *user, int side, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
     if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
@@ -33844,7 +33705,7 @@ int pd_inlet_enters(void *user, int side, const double *x)
     return side % 2 ? v < 0.0 : v > 0.0;
 }
 
-double pd_inlet_entering(void *user, const double *x)
+PDI_FN double pdi_inlet_entering(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
@@ -33856,7 +33717,7 @@ double pd_inlet_entering(void *user, const double *x)
     return u->inlet;
 }
 
-void pd_inlet_body(void *user, const double *x, double *force)
+PDI_FN void pdi_inlet_body(void *user, const double *x, double *force)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval(&inlet->setup->body[d], x, inlet->time);
@@ -33876,14 +33737,14 @@ static int pdi_wall_on(const pd_setup *u, int side, const double *x)
     return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
 }
 
-int pd_wall_moves(const pd_setup *u)
+PDI_FN int pdi_wall_moves(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].slides) return 1;
     return 0;
 }
 
-int pd_wall_holds(const pd_setup *u)
+PDI_FN int pdi_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
@@ -33892,7 +33753,7 @@ int pd_wall_holds(const pd_setup *u)
     return 0;
 }
 
-void pd_wall_velocity(void *user, const double *x, double *v)
+PDI_FN void pdi_wall_velocity(void *user, const double *x, double *v)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
@@ -33930,7 +33791,7 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
     return found && found->holds ? pdi_wall_value(&found->held, x, t) : (double)NAN;
 }
 
-double pd_wall_held(void *user, const double *x)
+PDI_FN double pdi_wall_held(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
@@ -34129,8 +33990,8 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     memset(&unsteady, 0, sizeof unsteady);
     steady.flow = implicit.flow = unsteady.flow = &plan->flow;
     jacobian.flow = &plan->flow;
-    if (pd_wall_moves(u)) plan->flow.wall = pd_wall_velocity;
-    if (u->pushed) plan->flow.push = pd_inlet_body;
+    if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
+    if (u->pushed) plan->flow.push = pdi_inlet_body;
     *bytes = pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         pdi_steady_krylov(&steady, &kd);
@@ -34178,7 +34039,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
         *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
         return;
     }
-    if (pd_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
@@ -34284,7 +34145,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 
-pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
+PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
@@ -34341,10 +34202,10 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
     box.shapes = u->shapes ? u->shape : NULL;
     box.axisymmetric = u->axisymmetric;
-    box.solid = u->solid;
-    box.wall = u->wall;
+    if (u->solid >= 0) box.solid = &u->shape[u->solid];
+    if (u->wall >= 0) box.wall = &u->shape[u->wall];
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].open) box.entry = pd_inlet_enters;
+        if (u->side[s].open) box.entry = pdi_inlet_enters;
     box.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &family, stencil));
     if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
@@ -34355,7 +34216,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
+    pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
 }
@@ -34384,7 +34245,7 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     implicit.rtol = u->flow_rtol;
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
-    pd_flow_prepare(ctx, &m->flow);
+    pdi_flow_prepare(ctx, &m->flow);
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
     return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
@@ -34400,7 +34261,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.rho = u->rho;
     flow.mu = u->mu;
     for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
-    if (u->pushed) flow.body = pd_inlet_body;
+    if (u->pushed) flow.body = pdi_inlet_body;
     flow.body_user = &m->inlet;
     if (m->inlet.timed) flow.clock = &m->inlet.time;
     flow.p_out = u->p_out;
@@ -34411,9 +34272,9 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
-    if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
+    if (m->inlet.inlets) flow.inlet = pdi_inlet_velocity;
     flow.inlet_user = &m->inlet;
-    if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
+    if (pdi_wall_moves(u)) flow.wall = pdi_wall_velocity;
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
@@ -34491,8 +34352,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
-    if (pd_wall_holds(u)) desc.held = pd_wall_held;
-    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pd_inlet_entering;
+    if (pdi_wall_holds(u)) desc.held = pdi_wall_held;
+    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
@@ -34512,7 +34373,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
-    PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
+    PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
@@ -34537,7 +34398,7 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 /* 1 for nodes in front of a passive film. */
@@ -34679,7 +34540,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
+PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
     memset(m, 0, sizeof *m);
@@ -34692,12 +34553,12 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, &m->couple);
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
-    if (status < 0) pd_model_free(ctx, m);
+    if (status < 0) pdi_model_free(ctx, m);
     m->line = line;
     return status;
 }
 
-void pd_model_free(pd_ctx *ctx, pd_model *m)
+PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
@@ -34762,29 +34623,6 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
     PDI_TRY(PDI_SAME(ctx, archive, "fraction", u->fraction));
     PDI_TRY(PDI_SAME(ctx, archive, "max_step [s]", u->max_step));
     return pd_couple_store(ctx, &model->couple, archive);
-}
-
-/* The model through a store that was just created or opened. */
-static pd_status pdi_checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
-{
-    pd_status status = pdi_checkpoint_model(ctx, model, &store->archive);
-    if (status == PD_OK) return pd_store_close(ctx, store);
-    pd_store_abandon(store);
-    return status;
-}
-
-pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
-{
-    pd_store store;
-    PDI_TRY(pd_store_create(ctx, path, &store));
-    return pdi_checkpoint_move(ctx, model, &store);
-}
-
-pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
-{
-    pd_store store;
-    PDI_TRY(pd_store_open(ctx, path, &store));
-    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 #undef PDI_CHECKPOINT_SCENE
@@ -34859,14 +34697,14 @@ static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observa
     return PDI_NEW(ctx, "observe", o->layers, o->layer);
 }
 
-pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     pd_status status = pdi_observe_make(ctx, model, o);
-    if (status < 0) pd_observe_free(ctx, o);
+    if (status < 0) pdi_observe_free(ctx, o);
     return status;
 }
 
-void pd_observe_free(pd_ctx *ctx, pd_observables *o)
+PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o)
 {
     PDI_DELETE(ctx, o->layers, o->layer);
     PDI_DELETE(ctx, o->nodes, o->depth);
@@ -34906,7 +34744,7 @@ static void pdi_observe_planes(const pd_grid *grid, int axis, int *low, int *hig
     if (*high > n - 1) *high = n - 1;
 }
 
-/* The sums of pd_flow_section_nodes for all layers in one sweep. */
+/* The sums of pdi_flow_section_nodes for all layers in one sweep. */
 static void pdi_observe_layers(const pd_model *m, pd_observables *o)
 {
     const pd_grid *grid = &m->grid;
@@ -34939,7 +34777,7 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
-void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
+PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 {
     o->volume_loss = pd_couple_volume_loss(&m->couple);
     pdi_observe_extremes(m, o);
@@ -35353,8 +35191,8 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
                                  char *path)
 {
     char name[PD_PATH_SIZE];
-    PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
-    return pd_folder_add(ctx, out->folder, name, path);
+    PDI_TRY(pdi_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    return pdi_folder_add(ctx, out->folder, name, path);
 }
 
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
@@ -35540,17 +35378,17 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    PDI_TRY(pd_folder_add(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                         list, count, &out->probes);
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
+    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
+                          list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pd_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pd_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative", pdi_output_columns,
-                          PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
+                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -35570,7 +35408,7 @@ static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, doubl
     return PD_OK;
 }
 
-pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
 {
     const pd_couple *c = &out->model->couple;
     double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
@@ -35596,12 +35434,12 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     row[k++] = effort.continuity;
     row[k++] = o->front;
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
-    PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
+    PDI_TRY(pdi_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
     pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
-    return pd_csv_row(ctx, &out->probes, probe);
+    return pdi_csv_row(ctx, &out->probes, probe);
 }
 
 /* ---- life ---- */
@@ -35635,11 +35473,11 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     return pd_pvd_init(ctx, path, &out->pvd);
 }
 
-pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
-    PDI_TRY(pd_folder_add(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
     return pdi_output_tables(ctx, out);
 }
 
@@ -35661,14 +35499,14 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     return PDI_KEEP(ctx, archive, "losses of the curve", out->loss, out->rows);
 }
 
-pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
+PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PDI_TRY(pdi_output_store(ctx, out, archive));
     PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &out->diagnostics));
     return out->model->setup->probes ? pdi_csv_store(ctx, archive, NULL, 0, &out->probes) : PD_OK;
 }
 
-pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
@@ -35680,7 +35518,7 @@ pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_a
     return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
-pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
 {
     double time = out->model->couple.time;
     if (out->written >= time) return PD_OK;
@@ -35727,7 +35565,7 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     plot.series[0].y = out->loss;
     plot.series[0].count = (int)out->rows;
     for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(pd_folder_add(ctx, out->folder, "volume_loss.png", path));
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "volume_loss.png", path));
     PDI_TRY(PDI_NEW(ctx, "output", points, work));
     pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
     pd_status status = pd_plot_write(ctx, path, &plot);
@@ -35735,19 +35573,19 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     return status;
 }
 
-pd_status pd_output_close(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out)
 {
     PDI_TRY(pdi_output_loss(ctx, out));
-    PDI_TRY(pd_csv_close(ctx, &out->diagnostics));
-    return pd_csv_close(ctx, &out->probes);
+    PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
+    return pdi_csv_close(ctx, &out->probes);
 }
 
-void pd_output_free(pd_ctx *ctx, pd_output *out)
+PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     int32_t total = out->model ? out->model->grid.total : 0;
-    pd_csv_close(&quiet, &out->diagnostics);
-    pd_csv_close(&quiet, &out->probes);
+    pdi_csv_close(&quiet, &out->diagnostics);
+    pdi_csv_close(&quiet, &out->probes);
     pd_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
@@ -35810,7 +35648,7 @@ static void pdi_summary_grid(const pdi_summary *s)
     pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
                      m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
-             (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
+             (double)m->grid.solid_count, (double)(pdi_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
 }
 
@@ -35946,7 +35784,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     pdi_summary_line(s, "%smechanics", text);
 }
 
-void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
+PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
     pd_footprint budget;
@@ -36258,8 +36096,8 @@ static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
     snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
-    return pd_folder_add(ctx, all->folder, name, path);
+    PDI_TRY(pdi_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pdi_folder_add(ctx, all->folder, name, path);
 }
 
 static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
@@ -36287,7 +36125,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    PDI_TRY(pdi_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
     PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
@@ -36309,8 +36147,8 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_table_name(m, name);
-    PDI_TRY(pd_folder_add(ctx, all->folder, name, path));
-    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+    PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
+    return pdi_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -36337,7 +36175,7 @@ static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd
 {
     const pd_setup *u = model->setup;
     char deep[PD_UNITS_TEXT];
-    if (u->wall < 0 || !pd_shape_exact(u->shape, u->wall))
+    if (u->wall < 0 || !pdi_shape_exact(u->shape, u->wall))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                         "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
                         probe->name);
@@ -36369,23 +36207,23 @@ static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all
     return PD_OK;
 }
 
-pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     pd_status status = pdi_monitor_make(ctx, model, all);
     int line = all->line;
-    if (status < 0) pd_monitors_free(ctx, all);
+    if (status < 0) pdi_monitors_free(ctx, all);
     all->line = line;
     return status;
 }
 
-pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
+PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
 {
     for (int k = 0; k < all->model->setup->monitors; k++)
         if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &all->monitor[k].table));
     return PD_OK;
 }
 
-pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
 {
     char name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     all->folder = folder;
@@ -36399,7 +36237,7 @@ pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, p
     return PD_OK;
 }
 
-pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
 {
     all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
@@ -36407,7 +36245,7 @@ pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
     return PD_OK;
 }
 
-pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
 {
     double row[PD_MONITOR_FIGURES + 1];
     int count = all->model->setup->monitors;
@@ -36415,19 +36253,19 @@ pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
     pdi_sample_prepare(all->model);
     /* sources belong to a step: before the first one they are those that it starts with */
     if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
-        PDI_TRY(pd_dissolve_prepare(ctx, &all->model->dissolve));
+        PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->couple.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
-        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+        PDI_TRY(pdi_csv_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
 
-pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
 {
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
@@ -36436,7 +36274,7 @@ pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
-void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
     if (!print) return;
@@ -36453,18 +36291,18 @@ void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
     }
 }
 
-pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
-    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
     return PD_OK;
 }
 
-void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
-        pd_csv_close(&quiet, &m->table);
+        pdi_csv_close(&quiet, &m->table);
         PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PDI_DELETE(ctx, m->rows, m->flux);
         PDI_DELETE(ctx, m->rows, m->area);
@@ -36511,7 +36349,7 @@ static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_
     return PD_OK;
 }
 
-pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
 {
     const pd_setup *u = model->setup;
     if (u->has_dissolve)
@@ -36587,8 +36425,8 @@ static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_se
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
     PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
     if (pd_units_same(&dims, &r->dims)) return PD_OK;
-    pd_units_describe(&r->dims, found);
-    pd_units_describe(&dims, wanted);
+    pdi_units_describe(&r->dims, found);
+    pdi_units_describe(&dims, wanted);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"
                     " unit of the column behind 'in'", r->name, found, wanted, r->figure);
 }
@@ -36601,7 +36439,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     c->monitors = monitors;
     c->share = share;
     c->curves = curves;
-    if (model->setup->records) PDI_TRY(pd_figures_collect(ctx, model, monitors, &c->figures));
+    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, &c->figures));
     for (int k = 0; k < model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         d->record = &model->setup->record[k];
@@ -36613,7 +36451,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     return PD_OK;
 }
 
-void pd_compare_free(pd_ctx *ctx, pd_compare *c)
+PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *c)
 {
     for (int k = 0; k < PD_SETUP_RECORDS; k++) {
         pd_compared *d = &c->list[k];
@@ -36625,19 +36463,19 @@ void pd_compare_free(pd_ctx *ctx, pd_compare *c)
     memset(c, 0, sizeof *c);
 }
 
-pd_status pd_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share, int curves,
-                           pd_compare *c)
+PDI_FN pd_status pdi_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
+                                   int curves, pd_compare *c)
 {
     pd_status status = pdi_compare_make(ctx, model, monitors, share, curves, c);
     int line = c->line; /* of the scene: what is refused */
     if (status < 0) {
-        pd_compare_free(ctx, c);
+        pdi_compare_free(ctx, c);
         c->line = line;
     }
     return status;
 }
 
-double pd_compare_next(const pd_compare *c, double time, double t_end)
+PDI_FN double pdi_compare_next(const pd_compare *c, double time, double t_end)
 {
     double next = t_end;
     int records = c->model ? c->model->setup->records : 0;
@@ -36654,7 +36492,7 @@ static int pdi_compare_at(const pd_setup_record *r, int point, double time)
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_SAME * time;
 }
 
-int pd_compare_due(const pd_compare *c, double time)
+PDI_FN int pdi_compare_due(const pd_compare *c, double time)
 {
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; k < records; k++)
@@ -36676,12 +36514,12 @@ static pd_status pdi_compare_room(pd_ctx *ctx, pd_compared *d, int64_t rows)
     return PD_OK;
 }
 
-pd_status pd_compare_step(pd_ctx *ctx, pd_compare *c)
+PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *c)
 {
     double time = c->model->couple.time;
     if (!c->model->setup->records) return PD_OK;
     c->figures.count = 0;
-    PDI_TRY(pd_figures_collect(ctx, c->model, c->monitors, &c->figures));
+    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, &c->figures));
     for (int k = 0; k < c->model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         double value;
@@ -36712,7 +36550,7 @@ PDI_FN pd_status pdi_compare_store(pd_ctx *ctx, pd_compare *c, pd_archive *archi
 
 /* ---- what it says ---- */
 
-void pd_compare_judge(const pd_compared *d, pd_compare_result *result)
+PDI_FN void pdi_compare_judge(const pd_compared *d, pd_compare_result *result)
 {
     const pd_setup_record *r = d->record;
     double square = 0.0;
@@ -36731,14 +36569,14 @@ void pd_compare_judge(const pd_compared *d, pd_compare_result *result)
     if (!result->points) result->largest = result->at = (double)NAN;
 }
 
-void pd_compare_print(const pd_compare *c, pd_print_fn print, void *user)
+PDI_FN void pdi_compare_print(const pd_compare *c, pd_print_fn print, void *user)
 {
     char text[640], unit[PD_UNITS_TEXT];
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; print && k < records; k++) {
         const pd_setup_record *r = c->list[k].record;
         pd_compare_result result;
-        pd_compare_judge(&c->list[k], &result);
+        pdi_compare_judge(&c->list[k], &result);
         memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
         for (char *u = unit; *u; u++)
             if (*u == ' ') *u = '*'; /* one word of the line */
@@ -36765,7 +36603,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         list[k] = names[k];
     }
     snprintf(file, sizeof file, "measured_%s.csv", r->name);
-    PDI_TRY(pd_folder_add(ctx, folder, file, path));
+    PDI_TRY(pdi_folder_add(ctx, folder, file, path));
     PDI_TRY(PDI_NEW(ctx, "compare", 5 * r->points, rows));
     for (int p = 0; p < r->points; p++) {
         double *row = rows + 5 * p;
@@ -36775,8 +36613,8 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         row[3] = d->computed[p] / r->scale;
         row[4] = row[3] - row[1];
     }
-    pd_status status = pd_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
-                                    r->points);
+    pd_status status = pdi_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
+                                     r->points);
     PDI_DELETE(ctx, 5 * r->points, rows);
     return status;
 }
@@ -36814,14 +36652,14 @@ static pd_status pdi_compare_draw(pd_ctx *ctx, const pd_compare *c, const pd_com
     int64_t size = 2 * d->rows + 3 * (int64_t)d->record->points;
     if (strcmp(d->record->figure, "volume_loss") == 0 || d->rows < 2) return PD_OK;
     snprintf(file, sizeof file, "measured_%s.png", d->record->name);
-    PDI_TRY(pd_folder_add(ctx, folder, file, path));
+    PDI_TRY(pdi_folder_add(ctx, folder, file, path));
     PDI_TRY(PDI_NEW(ctx, "compare", size, work));
     pd_status status = pdi_compare_curve(ctx, c, d, path, work);
     PDI_DELETE(ctx, size, work);
     return status;
 }
 
-pd_status pd_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
+PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
 {
     for (int k = 0; k < c->model->setup->records; k++) {
         PDI_TRY(pdi_compare_table(ctx, &c->list[k], folder));
@@ -36871,7 +36709,7 @@ static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
     double now = pdi_par_clock(), until = r->setup->until;
     if (!r->desc->print || !(until > 0.0)) return;
     r->told = now;
-    pd_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
+    pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
     if (doing) {
         size_t used = strlen(line);
         snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
@@ -36912,14 +36750,14 @@ static int pdi_run_due(const pdi_run *r)
 static pd_status pdi_run_frame(pdi_run *r)
 {
     int frame = r->output.frame;
-    PDI_TRY(pd_output_frame(r->ctx, &r->output));
-    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+    PDI_TRY(pdi_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
 static pd_status pdi_run_write(pdi_run *r)
 {
-    PDI_TRY(pd_output_step(r->ctx, &r->output, &r->observables));
-    PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
+    PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
     return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
 }
 
@@ -36941,9 +36779,9 @@ static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
 static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
 {
     PDI_TRY(pdi_run_store(r, archive));
-    PDI_TRY(pd_output_save(r->ctx, &r->output, archive));
-    PDI_TRY(pd_monitors_save(r->ctx, &r->monitors, archive));
-    return pd_folder_store(r->ctx, &r->folder, archive);
+    PDI_TRY(pdi_output_save(r->ctx, &r->output, archive));
+    PDI_TRY(pdi_monitors_save(r->ctx, &r->monitors, archive));
+    return pdi_folder_store(r->ctx, &r->folder, archive);
 }
 
 static pd_status pdi_run_save(pdi_run *r)
@@ -36952,7 +36790,7 @@ static pd_status pdi_run_save(pdi_run *r)
     PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_everything(r, &store.archive);
     if (status == PD_OK) return pd_store_close(r->ctx, &store);
-    pd_store_abandon(&store);
+    pdi_store_abandon(&store);
     return status;
 }
 
@@ -36989,14 +36827,14 @@ static pd_status pdi_run_read(pdi_run *r)
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
-    if (status == PD_OK) status = pd_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
-    if (status == PD_OK) status = pd_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
-    if (status == PD_OK) status = pd_folder_store(r->ctx, &r->folder, &store.archive);
+    if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
+    if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
+    if (status == PD_OK) status = pdi_folder_store(r->ctx, &r->folder, &store.archive);
     if (status == PD_OK) {
         PDI_TRY(pd_store_close(r->ctx, &store));
-        return pd_folder_resume(r->ctx, &r->folder);
+        return pdi_folder_resume(r->ctx, &r->folder);
     }
-    pd_store_abandon(&store);
+    pdi_store_abandon(&store);
     return status;
 }
 
@@ -37004,7 +36842,7 @@ static pd_status pdi_run_read(pdi_run *r)
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
-    pd_status status = pd_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
+    pd_status status = pdi_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
@@ -37017,13 +36855,13 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
-    pd_status status = pd_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
+    pd_status status = pdi_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
     result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
     PDI_TRY(status);
     snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->path);
     if (r->folder.removed && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
     pdi_file_remove(r->checkpoint);
-    return pd_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
+    return pdi_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
 }
 
 /* The files of a run: anew, or those of a checkpoint. */
@@ -37033,8 +36871,8 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     PDI_TRY(pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint));
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
-    PDI_TRY(pd_output_open(r->ctx, &r->model, &r->folder, &r->output));
-    return pd_monitors_open(r->ctx, &r->monitors, &r->folder);
+    PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
 /* ---- steps ---- */
@@ -37042,16 +36880,16 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
 /* What measured points ask for; without files the figures are those of points alone. */
 static pd_status pdi_run_compare(pdi_run *r)
 {
-    if (!pd_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
-    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
-    return pd_compare_step(r->ctx, &r->compare);
+    if (!pdi_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
+    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    return pdi_compare_step(r->ctx, &r->compare);
 }
 
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
-    pd_observe(r->ctx, &r->model, &r->observables);
+    pdi_observe(r->ctx, &r->model, &r->observables);
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
@@ -37069,7 +36907,7 @@ static pd_status pdi_run_march(pdi_run *r)
 {
     double until = r->setup->until, reached;
     do {
-        reached = pd_compare_next(&r->compare, r->model.couple.time, until);
+        reached = pdi_compare_next(&r->compare, r->model.couple.time, until);
         PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe, r));
         PDI_TRY(r->status);
     } while (!r->stopped && reached < until);
@@ -37104,14 +36942,14 @@ static pd_status pdi_run_steps(pdi_run *r)
     }
     if (status < 0) return status;
     pdi_run_computed(r);
-    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
     if (r->desc->dry) return PD_OK;
-    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
-    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
-    pd_compare_print(&r->compare, r->desc->print, r->desc->print_user);
-    PDI_TRY(pd_compare_write(r->ctx, &r->compare, &r->folder));
-    PDI_TRY(pd_output_close(r->ctx, &r->output));
+    PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
+    pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
+    PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
+    PDI_TRY(pdi_output_close(r->ctx, &r->output));
     if (!r->stopped) pdi_file_remove(r->checkpoint);
     return PD_OK;
 }
@@ -37160,18 +36998,18 @@ PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_footprint_check(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pdi_footprint_check(r->ctx, r->setup, r->desc->dry);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
-        status = pd_model_build(r->ctx, r->setup, &r->model);
+        status = pdi_model_build(r->ctx, r->setup, &r->model);
         line = r->model.line;
     }
     if (status == PD_OK) {
-        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        status = pdi_monitors_build(r->ctx, &r->model, &r->monitors);
         line = r->monitors.line;
     }
     if (status == PD_OK) {
-        status = pd_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
+        status = pdi_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
         line = r->compare.line;
     }
     result->bad_input = status < 0 && !pdi_is_final(status);
@@ -37183,14 +37021,14 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
-    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
-    pd_status status = pd_folder_check(r->ctx, r->path, r->setup->name);
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    pd_status status = pdi_folder_check(r->ctx, r->path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
         if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint, &store);
         if (status == PD_OK) {
             status = pdi_run_store(r, &store.archive);
-            pd_store_abandon(&store);
+            pdi_store_abandon(&store);
         }
     }
     result->bad_input = status < 0 && !pdi_is_final(status);
@@ -37200,9 +37038,9 @@ static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
-    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
-    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
     if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
     PDI_TRY(pdi_run_open(r, result));
     pd_status status = pdi_run_steps(r);
@@ -37233,12 +37071,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     ctx->poll_user = r->poll_user;
     result->stopped = r->stopped;
     pdi_store_drop(ctx, &r->image);
-    pd_output_free(ctx, &r->output);
-    pd_observe_free(ctx, &r->observables);
-    pd_compare_free(ctx, &r->compare);
-    pd_monitors_free(ctx, &r->monitors);
-    pd_model_free(ctx, &r->model);
-    pd_folder_close(&r->folder);
+    pdi_output_free(ctx, &r->output);
+    pdi_observe_free(ctx, &r->observables);
+    pdi_compare_free(ctx, &r->compare);
+    pdi_monitors_free(ctx, &r->monitors);
+    pdi_model_free(ctx, &r->model);
+    pdi_folder_close(&r->folder);
     PDI_DELETE(ctx, 1, r);
     return status;
 }
@@ -37268,10 +37106,10 @@ static int pdi_sim_components(int field) { return field == PD_FIELD_V ? PD_DIM :
 
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
-    pd_status status = pd_footprint_check(ctx, &sim->setup, 0);
+    pd_status status = pdi_footprint_check(ctx, &sim->setup, 0);
     int line = sim->setup.line[PD_PART_GRID];
     if (status >= 0) {
-        status = pd_model_build(ctx, &sim->setup, &sim->model);
+        status = pdi_model_build(ctx, &sim->setup, &sim->model);
         line = sim->model.line;
     }
     if (status < 0) pdi_run_blame(ctx, &sim->setup, line);
@@ -37354,7 +37192,7 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, pdi_sim_components(k) * sim->cells, sim->field[k]);
-    pd_model_free(ctx, &sim->model);
+    pdi_model_free(ctx, &sim->model);
     pd_setup_free(ctx, &sim->setup);
     memset(sim, 0, sizeof *sim);
 }
@@ -37613,7 +37451,7 @@ static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor
     return PD_OK;
 }
 
-pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
 {
     pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
     if (status < 0) memset(twin, 0, sizeof *twin);
@@ -37687,7 +37525,7 @@ static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_esti
 {
     pd_coarser *twin = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pd_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
+    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
     if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
     PDI_DELETE(ctx, 1, twin);
     return status < 0 ? status : PD_OK;
@@ -38092,7 +37930,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pd_coarser_build(f->ctx, setup, f->factor, f->twin));
+        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->twin));
         dry.share = f->twin->share;
         setup = &f->twin->setup;
     }
@@ -38224,7 +38062,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.user = f;
     d.told = pdi_fit_told;
     f->least = HUGE_VAL;
-    pd_status status = pd_least_squares_solve(f->ctx, &d, &f->fit->squares);
+    pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
     if (status >= 0 || !f->fit->squares.idle) return status;
     f->fit->bad_input = 1;
@@ -38758,17 +38596,17 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
     PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
     quiet = *ctx;
-    pd_status status = pd_table_read(&quiet, path, &table);
+    pd_status status = pdi_table_read(&quiet, path, &table);
     ctx->in_use = quiet.in_use;
     if (status < 0 || table.rows < 2) {
-        pd_table_free(ctx, &table);
+        pdi_table_free(ctx, &table);
         return PD_OK;
     }
     c->rows[k] = table.rows;
     status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pd_table_column(ctx, &table, "time_h", c->data[k]);
-    if (status == PD_OK) status = pd_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
-    pd_table_free(ctx, &table);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pdi_table_free(ctx, &table);
     PDI_TRY(status);
     for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
     pd_sweep_label(s, index, label, sizeof label);

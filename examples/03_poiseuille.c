@@ -59,7 +59,6 @@ static void solve(int across)
     gd.hi[1] = HALF;
     gd.side[0] = PD_SIDE_INLET; /* x-; y- and y+ stay walls */
     gd.side[1] = PD_SIDE_OUTLET;
-    gd.solid = gd.wall = -1;
     fd.rho = RHO;
     fd.mu = MU;
     fd.speed = MEAN;

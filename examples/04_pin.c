@@ -70,7 +70,7 @@ int main(void)
     pd_dissolving dissolving;
     pd_couple couple;
     pd_shape pin;
-    pd_material metal = pd_material_mg4ag();
+    pd_material metal;
     rate_law law;
     double mean = 0.01, hour = 3600.0; /* [m/s] [s] */
     pd_ctx_init(&ctx);
@@ -95,7 +95,7 @@ int main(void)
     gd.side[0] = PD_SIDE_INLET;
     gd.side[1] = PD_SIDE_OUTLET;
     gd.shapes = &pin;
-    gd.wall = -1;
+    gd.solid = &pin;
     must(pd_stencil_build(&ctx, &sd, &stencil));
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));
     must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));
@@ -113,6 +113,7 @@ int main(void)
     must(pd_transport_build(&ctx, &grid, &bonds, &flow, &td, &transport));
     law.speed = 1.21e-6 / hour;
     law.saturation = 56.1;
+    if (!pd_material_find("mg4ag", &metal)) return 1;
     od.solid = pd_material_concentration(&metal);
     od.rate = rate;
     od.rate_user = &law;

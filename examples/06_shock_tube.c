@@ -88,7 +88,6 @@ static double solve(int cells, double m, double *x, double *rho, double *right)
     sd.h[0] = 1.0 / cells;
     gd.hi[0] = 1.0;
     gd.side[0] = gd.side[1] = PD_SIDE_MIRROR;
-    gd.solid = gd.wall = -1;
     ad.gamma = GAMMA;
     ad.initial = membrane;
     must(pd_stencil_build(&ctx, &sd, &stencil));

@@ -63,7 +63,6 @@ static inline void scene_reset(scene *s)
     memset(s, 0, sizeof *s);
     pd_ctx_init(&s->ctx);
     s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = s->grid_desc.wall = -1;
 }
 
 /* A closed box from the origin of x * y * z cells of spacing h, with a horizon of m spacings (0: the default). */

@@ -30,7 +30,7 @@ typedef struct setup {
     int cells[PD_DIM];
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
-    int solid;
+    const pd_shape *solid; /* one of the shapes */
     pd_gas_desc gas;
 } setup;
 
@@ -42,7 +42,6 @@ static inline void setup_init(setup *u, int along, int across, pd_side ends, pd_
         u->side[2 * d] = u->side[2 * d + 1] = d ? sides : ends;
     }
     u->length = 1.0;
-    u->solid = -1;
     u->gas.gamma = GAMMA;
 }
 
@@ -62,7 +61,6 @@ static inline pd_status scene_build(scene *s, const setup *u)
     memcpy(gd.side, u->side, sizeof gd.side);
     gd.shapes = u->shapes;
     gd.solid = u->solid;
-    gd.wall = -1;
     PDI_TRY(pd_stencil_build(&s->ctx, &sd, &s->stencil));
     PDI_TRY(pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid));
     PDI_TRY(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &s->bonds));

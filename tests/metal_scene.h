@@ -66,8 +66,7 @@ static inline scene *scene_start(int x, int y, int z)
     }
     s->stencil_desc.m = 3.0;
     s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = 0;
-    s->grid_desc.wall = -1;
+    s->grid_desc.solid = &s->shapes[0];
     s->speed = SPEED;
     s->couple_desc.fraction = 0.2;
     s->transport_desc.user = s;
@@ -125,7 +124,7 @@ static inline pd_status scene_run(scene *s, double t_end)
     return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
-static inline double scene_solid(scene *s) { return pd_dissolve_stock(&s->ctx, &s->dissolve); }
+static inline double scene_solid(scene *s) { return pdi_dissolve_stock(&s->ctx, &s->dissolve); }
 
 /* One step that does not pass t_end. */
 static inline int scene_step(scene *s, double t_end)
@@ -181,7 +180,7 @@ static inline scene *lump(pd_drive drive, int threads, const double *factor)
     s->open[0] = 1;
     if (PD_DIM == 3) s->open[5] = 1;
     half_space(s, 0.4 * s->grid_desc.hi[0]);
-    s->grid_desc.wall = 1;
+    s->grid_desc.wall = &s->shapes[1];
     s->shapes[1].type = PD_SHAPE_BALL;
     s->shapes[1].r = 2.5 * H;
     s->shapes[1].a[0] = 0.5 * s->grid_desc.hi[0];

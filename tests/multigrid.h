@@ -67,8 +67,8 @@ static inline void start(problem *p, int n, int odd)
 
 static inline void finish(problem *p)
 {
-    pd_multigrid_free(&p->ctx, &p->mg);
-    pd_multigrid_free(&p->ctx, &p->mg);
+    pdi_multigrid_free(&p->ctx, &p->mg);
+    pdi_multigrid_free(&p->ctx, &p->mg);
     CHECK_INT(p->ctx.in_use, 0);
     free(p->active);
     free(p->wall);
@@ -109,7 +109,7 @@ static inline int neighbour(const problem *p, int c, int d, int upper)
 static inline void cycle(void *user, const double *x, double *y)
 {
     problem *p = (problem *)user;
-    pd_multigrid_cycle(&p->ctx, &p->mg, x, y);
+    pdi_multigrid_cycle(&p->ctx, &p->mg, x, y);
 }
 
 /* Dirichlet walls at the sides of the chosen axes (bits) and, when asked, at inactive cells: half a cell away. */
@@ -139,13 +139,13 @@ static inline pd_status build(problem *p)
     desc.first = p->first;
     desc.symmetric = !p->flow && !(p->general & 1);
     desc.contrast = p->general >> 1;
-    return pd_multigrid_build(&p->ctx, &desc, &p->mg);
+    return pdi_multigrid_build(&p->ctx, &desc, &p->mg);
 }
 
 static inline pd_status setup(problem *p)
 {
-    return pd_multigrid_setup(&p->ctx, &p->mg, p->active, (const float *const *)p->conduct,
-                              p->flow ? (const float *const *)p->flux : NULL, p->wall, p->mass);
+    return pdi_multigrid_setup(&p->ctx, &p->mg, p->active, (const float *const *)p->conduct,
+                               p->flow ? (const float *const *)p->flux : NULL, p->wall, p->mass);
 }
 
 static inline double norm_difference(const problem *p, const double *u, const double *v)

@@ -33,7 +33,6 @@ static int scene_init(scene *s, double m, double h, int x, int y, int z)
     all[1] = y;
     all[2] = z;
     sd.m = m;
-    s->desc.solid = s->desc.wall = -1;
     s->desc.shapes = s->shapes;
     s->cells = 1;
     for (int d = 0; d < PD_DIM; d++) {
@@ -54,7 +53,7 @@ static void scene_voxels(scene *s)
         s->shapes[0].b[d] = s->stencil.h[d];
         s->shapes[0].n[d] = s->n[d];
     }
-    s->desc.solid = 0;
+    s->desc.solid = &s->shapes[0];
 }
 
 static int scene_build(scene *s)
@@ -472,7 +471,7 @@ TEST(cut_points_on_round_surfaces)
         for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = centre[d] = d == 2 ? 0.71 : 1.23;
         s->shapes[0].type = PD_SHAPE_BALL;
         s->shapes[0].r = 0.533;
-        s->desc.solid = 0;
+        s->desc.solid = &s->shapes[0];
         if (!scene_build(s)) return;
         CHECK_LE(PD_DIM == 1 ? 2 : 12, check_round(s, centre, 0.533, 7, 1.0));
         scene_free(s);
@@ -484,7 +483,7 @@ TEST(cut_points_on_round_surfaces)
         s->shapes[0].r = 0.8007;
         s->shapes[1].type = PD_SHAPE_COMPLEMENT;
         s->shapes[1].children = 1;
-        s->desc.wall = 1;
+        s->desc.wall = &s->shapes[1];
         if (!scene_build(s)) return;
         CHECK_LE(12, check_round(s, centre, 0.8007, 3, -1.0));
         scene_free(s);
@@ -555,7 +554,7 @@ TEST(memory_faults)
         s->shapes[0].type = PD_SHAPE_BOX; /* all solid but a strip at the start of axis 0 */
         for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = s->desc.hi[d];
         s->shapes[0].a[0] = 2.0;
-        s->desc.solid = 0;
+        s->desc.solid = &s->shapes[0];
         pd_ctx_init(&s->ctx);
         s->ctx.alloc.fn = faulty_realloc;
         s->ctx.alloc.user = &f;

@@ -484,7 +484,7 @@ static double pit_loss(double share, double rtol, double diffusivity, double end
     s->shapes[2].type = PD_SHAPE_DIFFERENCE;
     s->shapes[2].child[1] = 1;
     s->shapes[2].children = 2;
-    s->grid_desc.solid = 2;
+    s->grid_desc.solid = &s->shapes[2];
     s->desc.activation = 0;
     s->desc.rtol = rtol;
     s->transport_desc.diffusivity = diffusivity;

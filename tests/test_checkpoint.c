@@ -4,7 +4,7 @@
 #define _XOPEN_SOURCE 700
 #include "checkpoint_scene.h"
 #include "io/store.h"
-#include "run/checkpoint.h"
+#include "checkpoint_model.h"
 #include "io/zlib.h"
 #include <signal.h>
 #include <sys/resource.h>
@@ -159,7 +159,7 @@ TEST(life_of_a_checkpoint)
 
 static int grow(pd_ctx *ctx, pd_setup *u, pd_model *m, const char *text)
 {
-    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pd_model_build(ctx, u, m));
+    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pdi_model_build(ctx, u, m));
 }
 
 /* Some metal has turned fluid, and some has not. */
@@ -174,11 +174,11 @@ TEST(models_go_on)
     pd_ctx ctx;
     pd_setup u;
     pd_model a, b;
-    if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pd_model_build(&ctx, &u, &b))) return;
+    if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
     CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, stop_when_turned, NULL));
     CHECK(a.grid.solid_count > 0 && a.grid.solid_count < b.grid.solid_count && a.couple.steps > 1);
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("model"), &a));
-    CHECK_OK(&ctx, pd_checkpoint_load(&ctx, path_of("model"), &b));
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("model"), &a));
+    CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("model"), &b));
     CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
     CHECK_INT(a.grid.solid_count, b.grid.solid_count);
     CHECK_OK(&ctx, pd_bonds_validate(&ctx, &b.bonds));
@@ -192,9 +192,9 @@ TEST(models_go_on)
     CHECK_NEAR(a.couple.time, u.until, 0.0);
     CHECK_INT(a.couple.steps, b.couple.steps);
     /* metal that is there cannot come from metal that is gone: b has made steps */
-    CHECK(pd_checkpoint_load(&ctx, path_of("model"), &b) == PD_ERR_GEOMETRY);
-    pd_model_free(&ctx, &a);
-    pd_model_free(&ctx, &b);
+    CHECK(checkpoint_load(&ctx, path_of("model"), &b) == PD_ERR_GEOMETRY);
+    pdi_model_free(&ctx, &a);
+    pdi_model_free(&ctx, &b);
     leave(&ctx, &u);
 }
 
@@ -205,7 +205,7 @@ static pd_status refusal(pd_ctx *ctx, const char *bytes, size_t size)
     pd_store store;
     put("bad", bytes, size);
     pd_status status = pd_store_open(ctx, path_of("bad"), &store);
-    pd_store_abandon(&store);
+    pdi_store_abandon(&store);
     return status;
 }
 
@@ -219,7 +219,7 @@ TEST(damage)
     int missed = 0, unclear = 0;
     if (!grow(&ctx, &u, &m, SMALL)) return;
     CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("good"), &m));
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
     char *bytes = bytes_of(path_of("good"), &size);
     if (!CHECK(bytes && size > 1000 && size < 30000)) return;
     CHECK_OK(&ctx, refusal(&ctx, bytes, size));
@@ -243,7 +243,7 @@ TEST(damage)
     CHECK(strstr(ctx.message, "goes on behind its end") != NULL);
     free(longer);
     free(bytes);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -264,8 +264,8 @@ TEST(other_files)
     char head[64], part[80];
     uint32_t format = 7, dim = 5 - PD_DIM, order = 0x04030201u;
     if (!grow(&ctx, &u, &m, SMALL)) return;
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("good"), &m));
-    pd_model_free(&ctx, &m);
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
     char *bytes = bytes_of(path_of("good"), &size);
     if (!CHECK(bytes && size > 64)) return;
@@ -299,13 +299,13 @@ static void stranger(const char *text, const char *other, pd_status wanted, cons
     pd_model m;
     if (!grow(&ctx, &u, &m, text)) return;
     CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("theirs"), &m));
-    pd_model_free(&ctx, &m);
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("theirs"), &m));
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
     if (!grow(&ctx, &u, &m, other)) return;
-    CHECK_INT(pd_checkpoint_load(&ctx, path_of("theirs"), &m), wanted);
+    CHECK_INT(checkpoint_load(&ctx, path_of("theirs"), &m), wanted);
     if (part && !CHECK(strstr(ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", ctx.message, part);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -336,13 +336,13 @@ TEST(other_settings)
     pd_setup u;
     pd_model m;
     if (!grow(&ctx, &u, &m, SMALL)) return;
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("good"), &m));
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
     u.until = 7200.0;
-    CHECK_INT(pd_checkpoint_load(&ctx, path_of("good"), &m), PD_ERR_ARGUMENT);
+    CHECK_INT(checkpoint_load(&ctx, path_of("good"), &m), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "good' is of another run: until [s] = 3600, expected 7200") != NULL);
     u.until = 3600.0;
-    CHECK_OK(&ctx, pd_checkpoint_load(&ctx, path_of("good"), &m));
-    pd_model_free(&ctx, &m);
+    CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("good"), &m));
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -359,7 +359,7 @@ TEST(no_room)
     size_t size, after;
     if (!grow(&ctx, &u, &m, COUPLED)) return;
     CHECK_OK(&ctx, pd_couple_start(&ctx, &m.couple));
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("room"), &m));
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("room"), &m));
     char *bytes = bytes_of(path_of("room"), &size);
     CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, u.every, stop_when_turned, NULL));
     void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
@@ -368,7 +368,7 @@ TEST(no_room)
     small.rlim_cur = 4000;
     CHECK(size > small.rlim_cur);
     CHECK_INT(setrlimit(RLIMIT_FSIZE, &small), 0);
-    CHECK_INT(pd_checkpoint_save(&ctx, path_of("room"), &m), PD_ERR_FILE);
+    CHECK_INT(checkpoint_save(&ctx, path_of("room"), &m), PD_ERR_FILE);
     CHECK(strstr(ctx.message, "cannot write '") != NULL && strstr(ctx.message, "room.part': ") != NULL);
     /* a run that cannot keep its state says so and fails when it is to stop */
     CHECK_INT(play(&ctx, &u, "noroom", 3, 0, 1, &p, &result), PD_ERR_FILE);
@@ -377,9 +377,9 @@ TEST(no_room)
     CHECK(access(path_of("room.part"), F_OK) != 0);
     char *left = bytes_of(path_of("room"), &after);
     CHECK(bytes && left && size == after && memcmp(bytes, left, size) == 0);
-    pd_model_free(&ctx, &m);
-    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) CHECK_OK(&ctx, pd_checkpoint_load(&ctx, path_of("room"), &m));
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
+    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("room"), &m));
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
     free(bytes);
     free(left);

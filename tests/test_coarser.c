@@ -11,7 +11,7 @@ static int start(pd_ctx *ctx, pd_setup *u)
 {
     pd_ctx_init(ctx);
     ctx->threads = 1;
-    if (!CHECK_OK(ctx, pd_setup_init(ctx, u))) return 0;
+    if (!CHECK_OK(ctx, pdi_setup_init(ctx, u))) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         u->h[d] = 1e-6;
         u->hi[d] = 40e-6;
@@ -47,7 +47,7 @@ static void twin_of(pd_ctx *ctx, pd_setup *u, int factor, const char *part)
 {
     static pd_coarser twin;
     size_t before = ctx->in_use;
-    pd_status status = pd_coarser_build(ctx, u, factor, &twin);
+    pd_status status = pdi_coarser_build(ctx, u, factor, &twin);
     if (!part) CHECK_OK(ctx, status);
     else if (!CHECK(status == PD_ERR_GEOMETRY && strstr(ctx->message, part))) NOTE("found: %s", ctx->message);
     CHECK_INT(ctx->in_use, before);
@@ -122,7 +122,7 @@ TEST(planes_and_rates)
     u.monitor[1].axis = 1;
     u.monitor[1].index = 7;
     u.monitor[2].kind = PD_MONITOR_TOTAL;
-    if (CHECK_OK(&ctx, pd_coarser_build(&ctx, &u, 4, &twin))) {
+    if (CHECK_OK(&ctx, pdi_coarser_build(&ctx, &u, 4, &twin))) {
         CHECK_REL(twin.setup.h[0], 4e-6, 1e-15);
         CHECK_NEAR(twin.setup.metal[0].rate_scale, 1e-6, 0.0);
         CHECK_NEAR(twin.setup.fraction, 0.07, 0.0);

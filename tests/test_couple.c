@@ -75,7 +75,7 @@ static int pin_build(scene *s, pin *p, int threads, double fraction)
     }
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->shapes[0].type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
         s->shapes[0].a[d] = d ? -p->pin_half : 0.0;
@@ -268,7 +268,7 @@ static int random_scene(scene *s, pin *p, uint32_t *seed, int flowing)
         s->grid_desc.side[0] = PD_SIDE_INLET;
         s->grid_desc.side[1] = PD_SIDE_OUTLET;
     }
-    s->grid_desc.solid = 2;
+    s->grid_desc.solid = &s->shapes[2];
     double least_edge = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) least_edge = fmin(least_edge, s->grid_desc.hi[d] - s->grid_desc.lo[d]);
     /* with flow, two cells stay free on every side */

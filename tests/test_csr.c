@@ -33,7 +33,6 @@ static int scene_init(scene *s, scene_kind kind)
     memset(&gd, 0, sizeof gd);
     pd_ctx_init(&s->ctx);
     sd.m = PD_DIM == 3 ? 2.0 : 3.0;
-    gd.solid = gd.wall = -1;
     gd.axisymmetric = kind == RINGS;
     for (int d = 0; d < PD_DIM; d++) {
         sd.h[d] = kind == RINGS ? 0.1 : 0.1 * (1.0 + 0.5 * d);
@@ -51,7 +50,7 @@ static int scene_init(scene *s, scene_kind kind)
         s->shape.r = 0.23;
         s->shape.a[0] = 0.07;
         gd.shapes = &s->shape;
-        gd.solid = 0;
+        gd.solid = &s->shape;
     }
     if (!CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &sd, &s->stencil)) ||
         !CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &gd, &s->grid)) ||

@@ -14,9 +14,9 @@ static void check_pieces(const pd_curve *c)
     for (int k = 0; k + 1 < c->count; k++) {
         double low = c->y[k], high = c->y[k + 1], last = low, size = fmax(fabs(low), fabs(high));
         double sign = high >= low ? 1.0 : -1.0;
-        if (!CHECK(pd_curve_eval(c, c->x[k]) >= low && pd_curve_eval(c, c->x[k]) <= low)) return;
+        if (!CHECK(pdi_curve_eval(c, c->x[k]) >= low && pdi_curve_eval(c, c->x[k]) <= low)) return;
         for (int p = 1; p <= PARTS; p++) {
-            double x = c->x[k] + (c->x[k + 1] - c->x[k]) * p / PARTS, y = pd_curve_eval(c, x);
+            double x = c->x[k] + (c->x[k + 1] - c->x[k]) * p / PARTS, y = pdi_curve_eval(c, x);
             if (!CHECK(y >= fmin(low, high) && y <= fmax(low, high))) return;
             if (!CHECK_LE(sign * (last - y), 8.0 * DBL_EPSILON * size)) return;
             last = y;
@@ -43,9 +43,9 @@ TEST(monotone_between_points)
             x[k] = x[k - 1] + step;
             y[k] = y[k - 1] + (rising || next_random(&seed) % 2 ? jump : -jump);
         }
-        if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, y, n, 0, &c))) return;
+        if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, y, n, 0, &c))) return;
         check_pieces(&c);
-        pd_curve_free(&ctx, &c);
+        pdi_curve_free(&ctx, &c);
     }
     CHECK_INT(ctx.in_use, 0);
 }
@@ -59,11 +59,11 @@ TEST(rpn_data)
     pd_ctx ctx;
     pd_curve c;
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, y, 9, 0, &c))) return;
+    if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, y, 9, 0, &c))) return;
     check_pieces(&c);
-    for (int k = 0; k < 9; k++) CHECK(pd_curve_eval(&c, x[k]) >= y[k] && pd_curve_eval(&c, x[k]) <= y[k]);
-    pd_curve_free(&ctx, &c);
-    pd_curve_free(&ctx, &c);
+    for (int k = 0; k < 9; k++) CHECK(pdi_curve_eval(&c, x[k]) >= y[k] && pdi_curve_eval(&c, x[k]) <= y[k]);
+    pdi_curve_free(&ctx, &c);
+    pdi_curve_free(&ctx, &c);
 }
 
 /* Largest error on [0, 2] with n pieces, whose lengths differ by up to a factor of 1.9. */
@@ -78,9 +78,9 @@ static double smooth_error(int n, double (*f)(double))
         x[k] = 2.0 * (k + (k > 0 && k < n ? 0.3 * (k % 2 ? 0.5 : -0.5) : 0.0)) / n;
         y[k] = f(x[k]);
     }
-    if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, y, n + 1, 0, &c))) return NAN;
-    for (int p = 0; p <= 20 * n; p++) worst = fmax(worst, fabs(pd_curve_eval(&c, 0.1 * p / n) - f(0.1 * p / n)));
-    pd_curve_free(&ctx, &c);
+    if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, y, n + 1, 0, &c))) return NAN;
+    for (int p = 0; p <= 20 * n; p++) worst = fmax(worst, fabs(pdi_curve_eval(&c, 0.1 * p / n) - f(0.1 * p / n)));
+    pdi_curve_free(&ctx, &c);
     return worst;
 }
 
@@ -118,14 +118,14 @@ TEST(polynomials)
         parabola[k] = x[k] * x[k];
     }
     for (int p = 0; p < 2; p++) {
-        if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, p ? parabola : line, 12, 0, &c))) return;
+        if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, p ? parabola : line, 12, 0, &c))) return;
         for (double at = x[0]; at <= x[11]; at += 0.03)
-            CHECK_REL(pd_curve_eval(&c, at), p ? at * at : 3.0 - 2.0 * at, 1e-13);
-        pd_curve_free(&ctx, &c);
+            CHECK_REL(pdi_curve_eval(&c, at), p ? at * at : 3.0 - 2.0 * at, 1e-13);
+        pdi_curve_free(&ctx, &c);
     }
-    if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, line, 2, 0, &c))) return; /* two points: a line */
-    CHECK_NEAR(pd_curve_eval(&c, 1.5), 0.0, 1e-15);
-    pd_curve_free(&ctx, &c);
+    if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, line, 2, 0, &c))) return; /* two points: a line */
+    CHECK_NEAR(pdi_curve_eval(&c, 1.5), 0.0, 1e-15);
+    pdi_curve_free(&ctx, &c);
 }
 
 TEST(outside)
@@ -135,16 +135,16 @@ TEST(outside)
     pd_curve c;
     pd_ctx_init(&ctx);
     for (int strict = 0; strict < 2; strict++) {
-        if (!CHECK_OK(&ctx, pd_curve_build(&ctx, x, y, 3, strict, &c))) return;
-        CHECK_NEAR(pd_curve_eval(&c, 1.0 - 2e-5), 5.0, 0.0);
-        CHECK_NEAR(pd_curve_eval(&c, 4.0 + 2e-5), 9.0, 0.0);
-        double below = pd_curve_eval(&c, 0.9), above = pd_curve_eval(&c, 4.1), none = pd_curve_eval(&c, (double)NAN);
+        if (!CHECK_OK(&ctx, pdi_curve_build(&ctx, x, y, 3, strict, &c))) return;
+        CHECK_NEAR(pdi_curve_eval(&c, 1.0 - 2e-5), 5.0, 0.0);
+        CHECK_NEAR(pdi_curve_eval(&c, 4.0 + 2e-5), 9.0, 0.0);
+        double below = pdi_curve_eval(&c, 0.9), above = pdi_curve_eval(&c, 4.1), none = pdi_curve_eval(&c, (double)NAN);
         if (strict) CHECK(below != below && above != above);
         else CHECK(below >= 5.0 && below <= 5.0 && above >= 9.0 && above <= 9.0);
         CHECK(none != none);
-        pd_curve_free(&ctx, &c);
+        pdi_curve_free(&ctx, &c);
     }
-    double empty = pd_curve_eval(&c, 1.0);
+    double empty = pdi_curve_eval(&c, 1.0);
     CHECK(empty != empty);
 }
 
@@ -158,14 +158,14 @@ TEST(refusals)
     bad[2][1] = (double)NAN;
     bad[3][2] = (double)INFINITY;
     for (int k = 0; k < 5; k++) {
-        CHECK_INT(pd_curve_build(&ctx, bad[k], good, 3, 0, &c), PD_ERR_ARGUMENT);
+        CHECK_INT(pdi_curve_build(&ctx, bad[k], good, 3, 0, &c), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, "expected") != NULL);
     }
-    CHECK_INT(pd_curve_build(&ctx, good, bad[2], 3, 0, &c), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_curve_build(&ctx, good, good, 1, 0, &c), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_curve_build(&ctx, good, bad[2], 3, 0, &c), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_curve_build(&ctx, good, good, 1, 0, &c), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "at least 2") != NULL);
     ctx.alloc.limit = 60; /* room for x and y alone */
-    CHECK_INT(pd_curve_build(&ctx, good, good, 3, 0, &c), PD_ERR_LIMIT);
+    CHECK_INT(pdi_curve_build(&ctx, good, good, 3, 0, &c), PD_ERR_LIMIT);
     CHECK_INT(ctx.in_use, 0);
 }
 

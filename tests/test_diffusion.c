@@ -34,7 +34,7 @@ TEST(conductances_are_symmetric)
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 0.21;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 0.43 : 0.37;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->grid_desc.side[0] = PD_SIDE_MIRROR;
     if (PD_DIM > 1) s->grid_desc.side[2 * PD_DIM - 1] = s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_PERIODIC;
     if (!scene_build(s)) return;
@@ -90,7 +90,7 @@ static double decay_rate(int n, int across, double m, int held, int metal)
         s->shapes[0].b[d] = d ? s->grid_desc.hi[d] : 2.0;
         s->grid_desc.lo[d] -= cell;
         s->grid_desc.hi[d] += cell;
-            s->grid_desc.solid = 1;
+            s->grid_desc.solid = &s->shapes[1];
     }
     double before = 0.0, after = 0.0, dt = 0.01;
     if (held) s->transport_desc.held = at_rest;
@@ -329,7 +329,7 @@ static void check_layers(layers *l, int n, double m, double stretch)
     if (!CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result)))
         NOTE("place %.17g, ratio %g, m = %g: defect %.3g", l->place, l->ratio, m, result.defect);
     for (int index = 1; index < n; index++)
-        CHECK_REL(pd_transport_section(&s->ctx, &s->transport, 0, index), flux * face, 1e-9);
+        CHECK_REL(pdi_transport_section(&s->ctx, &s->transport, 0, index), flux * face, 1e-9);
     CHECK_REL(s->transport.inflow, flux * face, 1e-9);
     CHECK_REL(s->transport.outflow, flux * face, 1e-9);
     for (int32_t i = 0; i < s->grid.total; i++) {
@@ -509,7 +509,7 @@ static double along_error(int n, int across, double m, double offset, double rat
     CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
     double width = s->grid_desc.hi[last], exact = t.place + (width - t.place) * ratio;
     if (PD_DIM == 3) exact *= s->grid_desc.hi[1];
-    double error = fabs(pd_transport_section(&s->ctx, &s->transport, 0, n / 2) / exact - 1.0);
+    double error = fabs(pdi_transport_section(&s->ctx, &s->transport, 0, n / 2) / exact - 1.0);
     scene_free(s);
     return error;
 }
@@ -583,7 +583,7 @@ static double shell_error(int n, double m, double shift, double ratio)
     shapes[3].child[1] = 2;
     shapes[3].children = 2;
     s->grid_desc.shapes = shapes;
-    s->grid_desc.wall = 3;
+    s->grid_desc.wall = &shapes[3];
     s->transport_desc.field = shell_at;
     s->transport_desc.level = shell_level;
     s->transport_desc.held = shell_held;

@@ -27,7 +27,7 @@ static scene *scene_start(const double *edge)
     scene *s = &test_scene;
     scene_reset(s);
     for (int d = 0; d < PD_DIM; d++) s->grid_desc.hi[d] = edge[d];
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->with = WITH_TRANSPORT | WITH_DISSOLVE | WITH_COUPLE;
     s->transport_desc.diffusivity = 1e-9;
     memset(&rate, 0, sizeof rate);
@@ -385,13 +385,13 @@ TEST(everything_dissolves)
 TEST(nothing_to_dissolve)
 {
     scene *s = scene_cells(8, 7, 6);
-    s->grid_desc.solid = -1;
+    s->grid_desc.solid = NULL;
     if (!metal_build(s, H, 2.0)) return;
     CHECK_INT(s->dissolve.front_count, 0);
     if (!run_to(s, 1.0)) return;
     CHECK_INT(s->couple.steps, 1);
     CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
-    CHECK(pd_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
+    CHECK(pdi_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
     scene_free(s);
 }
 
@@ -475,7 +475,7 @@ TEST(wall_is_tight)
             for (int d = 0; d < PD_DIM; d++) s->shapes[1].b[d] = s->grid_desc.hi[d];
             s->shapes[1].a[0] = 7.0 * H;
             s->shapes[1].b[0] = 8.0 * H;
-            s->grid_desc.wall = 1;
+            s->grid_desc.wall = &s->shapes[1];
             if (!metal_grid(s, H, m)) return;
             for (int32_t i = 0; i < s->grid.total; i++)
                 if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 4 == 0) pdi_grid_dissolve(&s->grid, i);

@@ -38,7 +38,7 @@ static scene *scene_flow(const double *h, double m, double reynolds)
         s->shapes[0].a[d] = (d ? 6.0 : 7.0) * h[d];
         s->shapes[0].b[d] = 11.0 * h[d];
     }
-    s->grid_desc.wall = 0;
+    s->grid_desc.wall = &s->shapes[0];
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
     s->width = s->grid_desc.hi[1];

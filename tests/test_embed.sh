@@ -79,6 +79,15 @@ check "cost of kernels alone" costs 5 $CC -std=c99 -O3 -DPD_DIM=2 kernel.c -o pr
 check "cost of all physics" costs 40 $CC -std=c99 -O3 -DPD_DIM=2 -c physics.c -o physics.o
 check "cost of scenes" costs 60 $CC -std=c99 -O3 -DPD_DIM=2 -c implementation.c -o scenes.o
 
+# The public functions: each has a user outside the library, and all are declared where users see them.
+most=130
+check "at most $most public functions" [ "$(grep -c '^PD_API .*(' pdcorr.h)" -le "$most" ]
+printf '#include "pdcorr.h"\n' > seen.c
+check "what users see" sh -c "$CC -std=c99 -E -DPD_DIM=2 seen.c > seen.i"
+check "no internal function among it" sh -c '! grep -q "pdi_[a-z_]*(.*);" seen.i'
+check "every public function among it" \
+    [ "$(grep -c '^PD_API .*(' pdcorr.h)" = "$(grep -c '^extern .*\bpd_[a-z_0-9]*_2d *(' seen.i)" ]
+
 # Rooms that are left out, from several files and private to one, without a warning.
 for cut in PDCORR_NO_SCENE PDCORR_NO_IO PDCORR_NO_PHYSICS; do
     check "$cut" c99 -Werror -DPD_DIM=2 -D$cut -DPDCORR_IMPLEMENTATION -x c -fsyntax-only pdcorr.h

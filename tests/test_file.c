@@ -183,18 +183,18 @@ TEST(names_are_joined_and_numbered)
     memset(longer, 'n', sizeof longer);
     longer[sizeof longer - 1] = 0;
     CHECK_INT(pd_file_join(&ctx, "a_directory_name", longer, path), PD_ERR_SIZE);
-    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
+    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
     CHECK_STR(path, "corr_000012_t6.1s.vti");
-    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "C", 999999, 32400, "png", path));
+    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "C", 999999, 32400, "png", path));
     CHECK_STR(path, "C_999999_t32400.0s.png");
-    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "v", 3, 0.025, "vti", path));
+    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "v", 3, 0.025, "vti", path));
     CHECK_STR(path, "v_000003_t0.025s.vti");
-    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
+    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
     CHECK_STR(path, "v_000003_t0.666667s.vti");
-    CHECK_INT(pd_file_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_file_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_file_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_file_frame_name(&ctx, "C", 1, NAN, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, NAN, "png", path), PD_ERR_ARGUMENT);
 }
 
 static double bits_to_double(uint64_t bits)
@@ -265,7 +265,7 @@ TEST(numbers_do_not_follow_the_locale)
     CHECK_STR(text, "0.1");
     CHECK(pdi_file_parse("0.25", 4, &value) && value == 0.25);
     numbers_come_back();
-    CHECK_OK(&ctx, pd_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
+    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
     CHECK_STR(path, "corr_000012_t6.1s.vti");
     setlocale(LC_ALL, "C");
 }
@@ -277,18 +277,18 @@ TEST(rows_are_in_the_file_as_soon_as_they_are_written)
     pd_csv csv;
     start(&ctx);
     puts_to("run.csv", "rows of an older run\n");
-    if (!CHECK_OK(&ctx, pd_csv_create(&ctx, at("run.csv"), "made by\na test", names, 3, &csv))) return;
+    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("run.csv"), "made by\na test", names, 3, &csv))) return;
     CHECK_STR(content("run.csv"), "# made by\n# a test\ntime [s],volume loss [-],\"a,b \"\"c\"\"\"\n");
     CHECK(!exists("run.csv.part"));
     double row[3] = {0.1, 1.0 / 3, -1e-30};
-    CHECK_OK(&ctx, pd_csv_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\n0.1,0.3333333333333333,-1e-30\n") != NULL);
     row[0] = NAN;
-    CHECK_OK(&ctx, pd_csv_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\nnan,0.3333333333333333,-1e-30\n") != NULL);
-    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
-    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
-    CHECK_INT(pd_csv_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
+    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
+    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
+    CHECK_INT(pdi_csv_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
     remove(at("run.csv"));
 }
@@ -299,11 +299,11 @@ TEST(a_table_needs_proper_names)
     pd_ctx ctx;
     pd_csv csv;
     start(&ctx);
-    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), NULL, twice, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), NULL, empty, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), NULL, broken, 1, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_csv_create(&ctx, at("bad.csv"), NULL, twice, 0, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_csv_create(&ctx, at("none/bad.csv"), NULL, twice, 1, &csv), PD_ERR_FILE);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, twice, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, empty, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, broken, 1, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, twice, 0, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("none/bad.csv"), NULL, twice, 1, &csv), PD_ERR_FILE);
     CHECK(!exists("bad.csv") && !exists("bad.csv.part"));
 }
 
@@ -315,26 +315,26 @@ TEST(a_written_table_is_read_back)
     pd_table table;
     double row[3], column[500];
     start(&ctx);
-    if (!CHECK_OK(&ctx, pd_csv_create(&ctx, at("back.csv"), NULL, names, 3, &csv))) return;
+    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("back.csv"), NULL, names, 3, &csv))) return;
     for (int k = 0; k < 500; k++) {
         row[0] = k / 7.0;
         row[1] = exp(k);
         row[2] = -sqrt((double)k);
-        CHECK_OK(&ctx, pd_csv_row(&ctx, &csv, row));
+        CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
     }
-    CHECK_OK(&ctx, pd_csv_close(&ctx, &csv));
-    if (!CHECK_OK(&ctx, pd_table_read(&ctx, at("back.csv"), &table))) return;
+    CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
+    if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("back.csv"), &table))) return;
     CHECK_INT(table.rows, 500);
     CHECK_INT(table.columns, 3);
     for (int c = 0; c < 3; c++) {
-        CHECK_INT(pd_table_find(&table, names[c]), c);
-        CHECK_OK(&ctx, pd_table_column(&ctx, &table, names[c], column));
+        CHECK_INT(pdi_table_find(&table, names[c]), c);
+        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, names[c], column));
         int wrong = 0;
         for (int k = 0; k < 500; k++) wrong += column[k] != (c == 0 ? k / 7.0 : c == 1 ? exp(k) : -sqrt((double)k));
         CHECK_INT(wrong, 0);
     }
-    pd_table_free(&ctx, &table);
-    pd_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
     CHECK_INT(ctx.in_use, 0);
     remove(at("back.csv"));
 }
@@ -347,25 +347,25 @@ TEST(tables_of_others_are_read)
     start(&ctx);
     puts_to("others.csv", "\xEF\xBB\xBF# source, with a comma\r\n\r\n x , \"name, \"\"quoted\"\"\",units\r\n"
                           "1e3, plate  ,mm\r\n   # between\n-2,\"E, Young\" , \n\n3,,GPa");
-    if (!CHECK_OK(&ctx, pd_table_read(&ctx, at("others.csv"), &table))) return;
+    if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("others.csv"), &table))) return;
     CHECK_INT(table.columns, 3);
     CHECK_INT(table.rows, 3);
-    CHECK_STR(pd_table_text(&table, -1, 0), "x");
-    CHECK_STR(pd_table_text(&table, -1, 1), "name, \"quoted\"");
-    CHECK_STR(pd_table_text(&table, 0, 1), "plate");
-    CHECK_STR(pd_table_text(&table, 1, 1), "E, Young");
-    CHECK_STR(pd_table_text(&table, 1, 2), "");
-    CHECK_STR(pd_table_text(&table, 2, 1), "");
-    CHECK_STR(pd_table_text(&table, 2, 2), "GPa");
-    CHECK_OK(&ctx, pd_table_column(&ctx, &table, "x", values));
+    CHECK_STR(pdi_table_text(&table, -1, 0), "x");
+    CHECK_STR(pdi_table_text(&table, -1, 1), "name, \"quoted\"");
+    CHECK_STR(pdi_table_text(&table, 0, 1), "plate");
+    CHECK_STR(pdi_table_text(&table, 1, 1), "E, Young");
+    CHECK_STR(pdi_table_text(&table, 1, 2), "");
+    CHECK_STR(pdi_table_text(&table, 2, 1), "");
+    CHECK_STR(pdi_table_text(&table, 2, 2), "GPa");
+    CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "x", values));
     CHECK(values[0] == 1000 && values[1] == -2 && values[2] == 3);
-    CHECK_INT(pd_table_column(&ctx, &table, "units", values), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_column(&ctx, &table, "units", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "others.csv:4: column 'units': 'mm'") != NULL);
-    CHECK_INT(pd_table_column(&ctx, &table, "y", values), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_column(&ctx, &table, "y", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "'y'") && strstr(ctx.message, "'x'"));
-    pd_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
     puts_to("others.csv", ",b\n"); /* an empty first field must not run into the second */
-    CHECK_INT(pd_table_read(&ctx, at("others.csv"), &table), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_read(&ctx, at("others.csv"), &table), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, ":1: a column has no name") != NULL);
     CHECK_INT(ctx.in_use, 0);
     remove(at("others.csv"));
@@ -384,13 +384,13 @@ TEST(a_broken_table_names_its_line)
     start(&ctx);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         puts_to("broken.csv", cases[k].text);
-        CHECK_INT(pd_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
+        CHECK_INT(pdi_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
         if (!CHECK(strstr(ctx.message, cases[k].message) != NULL)) NOTE("%s", ctx.message);
     }
     put("broken.csv", "a,b\n1,\0\n", 8);
-    CHECK_INT(pd_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_read(&ctx, at("broken.csv"), &table), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "not a text file") != NULL);
-    CHECK_INT(pd_table_read(&ctx, at("none.csv"), &table), PD_ERR_FILE);
+    CHECK_INT(pdi_table_read(&ctx, at("none.csv"), &table), PD_ERR_FILE);
     CHECK_INT(ctx.in_use, 0);
     remove(at("broken.csv"));
 }
@@ -411,13 +411,13 @@ TEST(every_failing_allocation_is_reported)
     int tries = 0;
     for (; status != PD_OK && tries < 100; tries++) {
         fault_context(&f, tries + 1, 1, &ctx);
-        status = pd_table_read(&ctx, at("many.csv"), &table);
+        status = pdi_table_read(&ctx, at("many.csv"), &table);
         if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
         if (status != PD_OK) CHECK_INT(ctx.in_use, 0);
     }
     CHECK_OK(&ctx, status);
     CHECK(tries > 5);
-    pd_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
     remove(at("many.csv"));
 }
 
@@ -435,12 +435,12 @@ TEST(damaged_tables_do_no_harm)
             memcpy(text, sample, sizeof sample);
             if (flip && cut < sizeof sample - 1) text[cut] = (char)(text[cut] ^ 1 << (flip - 1));
             put("hurt.csv", text, flip ? sizeof sample - 1 : cut);
-            pd_status status = pd_table_read(&ctx, at("hurt.csv"), &table);
+            pd_status status = pdi_table_read(&ctx, at("hurt.csv"), &table);
             if (status == PD_OK) {
                 read++;
                 for (int r = -1; r < table.rows; r++)
-                    for (int c = 0; c < table.columns; c++) wrong += strchr(pd_table_text(&table, r, c), '\n') != NULL;
-                pd_table_free(&ctx, &table);
+                    for (int c = 0; c < table.columns; c++) wrong += strchr(pdi_table_text(&table, r, c), '\n') != NULL;
+                pdi_table_free(&ctx, &table);
             } else refused++;
             wrong += status != PD_OK && status != PD_ERR_PARSE;
             wrong += ctx.in_use != 0;
@@ -460,7 +460,7 @@ TEST(times_are_told_in_the_unit_that_suits)
                  {11220, "3 h 07 min"}, {1051200, "12 d 4 h"}, {-1, "?"}, {NAN, "?"}, {INFINITY, "?"}};
     char text[64];
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        pd_progress_duration(cases[k].seconds, text, sizeof text);
+        pdi_progress_duration(cases[k].seconds, text, sizeof text);
         CHECK_STR(text, cases[k].text);
     }
 }
@@ -468,17 +468,17 @@ TEST(times_are_told_in_the_unit_that_suits)
 TEST(the_progress_line_tells_the_time_left)
 {
     char line[128], small[12];
-    pd_progress_line(0.25, 100, "dissolve", line, sizeof line);
+    pdi_progress_line(0.25, 100, "dissolve", line, sizeof line);
     CHECK_STR(line, "dissolve [######....................]  25.0 %  1 min 40 s, 5 min 00 s left");
-    pd_progress_line(0, 5, "flow", line, sizeof line);
+    pdi_progress_line(0, 5, "flow", line, sizeof line);
     CHECK_STR(line, "flow [..........................]   0.0 %  5.00 s");
-    pd_progress_line(1, 61, "flow", line, sizeof line);
+    pdi_progress_line(1, 61, "flow", line, sizeof line);
     CHECK_STR(line, "flow [##########################] 100.0 %  1 min 01 s");
-    pd_progress_line(NAN, 5, "flow", line, sizeof line);
+    pdi_progress_line(NAN, 5, "flow", line, sizeof line);
     CHECK(strstr(line, "  0.0 %") != NULL);
-    pd_progress_line(7, 5, "flow", line, sizeof line);
+    pdi_progress_line(7, 5, "flow", line, sizeof line);
     CHECK(strstr(line, "100.0 %") != NULL);
-    pd_progress_line(0.5, 5, "flow", small, sizeof small);
+    pdi_progress_line(0.5, 5, "flow", small, sizeof small);
     CHECK_STR(small, "flow [#####");
     remove(DIRECTORY);
 }

@@ -63,7 +63,7 @@ static int build_ball(scene *s, double m, channel *c)
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 3.3 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->flow_desc.inlet = parabola;
     s->flow_desc.inlet_user = c;
     s->flow_desc.p_out = 3.0;
@@ -85,7 +85,7 @@ static void scaled_residuals(scene *s, double *momentum, double *continuity)
 {
     double length = s->flow_desc.length;
     int64_t split = (int64_t)PD_DIM * s->grid.total;
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     *momentum = *continuity = 0.0;
     for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(ru[k]) * length / (U * U));
     for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(rc[k]) * length / U);
@@ -105,7 +105,7 @@ TEST(hydrostatics)
         s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
         s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.length;
     }
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 3.0)) return;
     for (int32_t node = 0; node < s->grid.total; node++) {
         double x[PD_DIM];
@@ -161,7 +161,7 @@ TEST(poiseuille_between_sides)
             check_poiseuille(s, &c);
             /* the midpoint sum of the parabola: 2 U half (1 + 1/(2 n^2)) */
             double flux = 2.0 * U * c.half * (1.0 + 0.5 / (across[k] * across[k]));
-            CHECK_REL(pd_flow_section_nodes(&s->ctx, &s->flow, 0, 5), flux, 1e-12);
+            CHECK_REL(pdi_flow_section_nodes(&s->flow, 0, 5), flux, 1e-12);
             flow_free(s);
         }
 }
@@ -183,7 +183,7 @@ TEST(poiseuille_between_planes)
             }
             s->shapes[2].type = PD_SHAPE_UNION;
             s->shapes[2].children = 2;
-            s->grid_desc.wall = 2;
+            s->grid_desc.wall = &s->shapes[2];
             c.half = 0.5 * (high[k] - low[k]) * H;
             c.centre = 0.5 * (high[k] + low[k]) * H;
             s->grid_desc.side[0] = PD_SIDE_INLET;
@@ -250,17 +250,17 @@ TEST(linearisation)
             if (k < split) s->flow.u[k] = value;
             else s->flow.p[k - split] = value;
         }
-        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
         if (sign > 0) memcpy(up, ru, (size_t)size * sizeof *up);
     }
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
     pd_jacobian linear;
     pdi_jacobian_step along;
-    pd_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_prepare(&s->ctx, &s->flow);
     if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
     pdi_jacobian_freeze(&s->ctx, &linear);
     pd_ghosts_vector(&s->bonds.ghosts, step);
-    pd_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
+    pdi_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
     pdi_flow_advecting(&s->ctx, &s->flow, step, mass);
     along.advecting = mass;
@@ -287,11 +287,11 @@ TEST(threads_change_no_bit)
     if (!CHECK(first != NULL)) return;
     fill_random(s, 13);
     s->ctx.threads = 1;
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     memcpy(first, ru, bytes);
     for (int threads = 2; threads <= 4; threads *= 2) {
         s->ctx.threads = threads;
-        pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
         CHECK(memcmp(first, ru, bytes) == 0);
     }
     CHECK_INT(s->flow.evaluations, 3);
@@ -343,7 +343,7 @@ TEST(update_of_dissolved_nodes)
     s->shapes[0].type = PD_SHAPE_BOX; /* reaches the outlet */
     s->shapes[0].a[0] = 6.0 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 2.0)) return;
     int32_t before = s->bonds.ghosts.count;
     fill_random(s, 7);
@@ -355,12 +355,12 @@ TEST(update_of_dissolved_nodes)
     CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
     CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
     CHECK(count > 10 && s->bonds.ghosts.count > before);
-    CHECK_INT(s->bonds.ghosts.count, pd_grid_count(&s->grid, PD_OUTLET));
+    CHECK_INT(s->bonds.ghosts.count, pdi_grid_count(&s->grid, PD_OUTLET));
     for (int32_t k = 0; k < count; k++) {
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
-    pd_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
     for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(ru[k] - ru[k] == 0.0); /* finite */
     for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
         CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);

@@ -142,7 +142,7 @@ static double lift(int n)
     volume *= pi * BALL * BALL;
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = BALL;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->flow_desc.force[0] = DROP;
     for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_WALL;
     for (int d = 0; d < PD_DIM; d++) {
@@ -193,7 +193,7 @@ static double tube(int n)
     s->shapes[1].type = PD_SHAPE_COMPLEMENT;
     s->shapes[1].children = 1;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5;
-    s->grid_desc.wall = 1;
+    s->grid_desc.wall = &s->shapes[1];
     s->grid_desc.side[2] = s->grid_desc.side[3] = s->grid_desc.side[4] = s->grid_desc.side[5] = PD_SIDE_WALL;
     s->flow_desc.force[0] = DROP;
     if (!scene_build(s)) return 1.0;
@@ -235,8 +235,8 @@ TEST(several_bodies)
             s->shapes[1].a[d] = 0.6;
             s->shapes[1].b[d] = d ? 0.8 : 0.9;
         }
-        s->grid_desc.wall = 0;
-        s->grid_desc.solid = 1;
+        s->grid_desc.wall = &s->shapes[0];
+        s->grid_desc.solid = &s->shapes[1];
         s->grid_desc.side[0] = s->grid_desc.side[1] = sides[kind];
         s->flow_desc.force[0] = DROP;
         if (!scene_build(s)) return;
@@ -289,7 +289,7 @@ static int dfg_errors(int x, int y, double m, double *error)
     s->grid_desc.hi[1] = 0.41;
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
-    s->grid_desc.wall = 0;
+    s->grid_desc.wall = &s->shapes[0];
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 0.05;
     s->flow_desc.rho = 1.0;
@@ -341,7 +341,7 @@ TEST(bad_boxes)
     double lo[PD_DIM], hi[PD_DIM], force[PD_DIM];
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 0.2;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5;
     if (!scene_build(s)) return;
     for (int d = 0; d < PD_DIM; d++) lo[d] = 0.05, hi[d] = 0.8;

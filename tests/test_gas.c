@@ -413,7 +413,7 @@ TEST(shock_comes_back_from_a_wall)
         setup_init(&u, PD_DIM == 3 ? 100 : 200, 4 - PD_DIM, PD_SIDE_WALL, PD_SIDE_MIRROR);
         u.side[0] = PD_SIDE_INLET;
         u.shapes = solid ? &box : NULL;
-        u.solid = solid ? 0 : -1;
+        u.solid = u.shapes;
         u.gas.initial = tube_state;
         u.gas.initial_user = &t;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;

@@ -14,7 +14,7 @@ static pd_status box_try(scene *s, double m, const pd_side *side, const pd_shape
     memcpy(s->grid_desc.side, side, sizeof s->grid_desc.side);
     if (solid) {
         s->shapes[0] = *solid;
-        s->grid_desc.solid = 0;
+        s->grid_desc.solid = &s->shapes[0];
     }
     s->fields = 3;
     return scene_try(s);
@@ -82,7 +82,7 @@ TEST(every_combination_of_sides)
             s->field[F][node] = smooth(x, 0);
             for (int d = 0; d < PD_DIM; d++) s->field[V][d * g->total + node] = smooth(x, d + 1);
         }
-        pd_ghosts_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
+        pdi_ghosts_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
         pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
         int bad = 0, seen = 0;
         for (int32_t node = 0; node < g->total; node++) {
@@ -268,7 +268,7 @@ TEST(inlets_are_odd)
     for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
     for (int zero = 0; zero < 2; zero++) {
         pd_ghosts_vector(g, s.field[V]);
-        pd_ghosts_held(g, zero ? NULL : held, s.field[V]);
+        pdi_ghosts_held(g, zero ? NULL : held, s.field[V]);
         for (int64_t k = 0; k < inlets; k++) {
             int32_t ghost = g->node[g->count + k];
             int i[PD_DIM];

@@ -43,8 +43,7 @@ static int sample_grid(sample *s, const double *low, const double *edge, int cel
         grid.hi[d] = low[d] + edge[d] + margin * stencil.h[d];
     }
     grid.shapes = s->shape;
-    grid.solid = 0;
-    grid.wall = -1;
+    grid.solid = &s->shape[0];
     return CHECK_OK(&s->ctx, pd_stencil_build(&s->ctx, &stencil, &s->stencil)) &&
            CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &grid, &s->grid));
 }
@@ -185,7 +184,7 @@ static double mean_fraction(const sample *s)
 {
     pd_grain_stats stats;
     pd_ctx ctx = s->ctx;
-    CHECK_OK(&ctx, pd_grain_measure(&ctx, &s->grid, &s->grain, s->fraction, &stats));
+    CHECK_OK(&ctx, pdi_grain_measure(&ctx, &s->grid, &s->grain, s->fraction, &stats));
     return stats.boundary_fraction;
 }
 
@@ -362,7 +361,7 @@ TEST(statistics)
     desc.centres = centre;
     desc.centre_count = 4;
     if (sample_grid(&s, origin, unit_edge, 20, 1.0, 4, 1.0) && sample_grains(&s, &desc) &&
-        CHECK_OK(&s.ctx, pd_grain_measure(&s.ctx, &s.grid, &s.grain, s.fraction, &stats))) {
+        CHECK_OK(&s.ctx, pdi_grain_measure(&s.ctx, &s.grid, &s.grain, s.fraction, &stats))) {
         double diameter = PD_DIM == 2 ? sqrt(0.25 * 4.0 / 3.14159265358979) : cbrt(0.25 * 6.0 / 3.14159265358979);
         CHECK_INT(stats.count, 4);
         CHECK_REL(stats.mean, diameter, 1e-12);

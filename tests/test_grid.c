@@ -24,7 +24,6 @@ static int scene_init(scene *s, double m, const int *n)
     memset(&sd, 0, sizeof sd);
     pd_ctx_init(&s->ctx);
     sd.m = m;
-    s->desc.solid = s->desc.wall = -1;
     s->desc.shapes = s->shapes;
     for (int d = 0; d < PD_DIM; d++) {
         sd.h[d] = H * (d + 1);
@@ -112,8 +111,8 @@ TEST(kinds_follow_shapes)
     s->shapes[1].type = PD_SHAPE_HALF_SPACE;
     s->shapes[1].a[0] = -0.4;
     s->shapes[1].b[0] = 2.0;
-    s->desc.solid = 0;
-    s->desc.wall = 1;
+    s->desc.solid = &s->shapes[0];
+    s->desc.wall = &s->shapes[1];
     if (!CHECK_OK(&s->ctx, scene_build(s))) return;
     int64_t count[6] = {0, 0, 0, 0, 0, 0};
     for (int32_t node = 0; node < s->grid.total; node++) {
@@ -127,7 +126,7 @@ TEST(kinds_follow_shapes)
         expected = x[0] < -0.4 ? PD_WALL : r2 <= 1.21 ? PD_SOLID : PD_FLUID;
         CHECK(s->grid.kind[node] == expected || (expected == PD_WALL && s->grid.kind[node] == PD_OUTSIDE));
     }
-    for (int k = 0; k < 6; k++) CHECK_INT(pd_grid_count(&s->grid, (pd_kind)k), count[k]);
+    for (int k = 0; k < 6; k++) CHECK_INT(pdi_grid_count(&s->grid, (pd_kind)k), count[k]);
     CHECK_INT(s->grid.fluid_count, count[PD_FLUID]);
     CHECK_INT(s->grid.solid_count, count[PD_SOLID]);
     CHECK(count[PD_FLUID] > 0 && count[PD_SOLID] > 0 && count[PD_WALL] > 0 && count[PD_OUTSIDE] > 0);
@@ -210,7 +209,7 @@ static int build_ported(scene *s, double m, const int *n)
     s->shapes[2].type = PD_SHAPE_UNION;
     s->shapes[2].child[1] = 1;
     s->shapes[2].children = 2;
-    s->desc.solid = 2;
+    s->desc.solid = &s->shapes[2];
     return CHECK_OK(&s->ctx, scene_build(s));
 }
 
@@ -223,9 +222,9 @@ TEST(ghosts)
     check_ghosts(s);
     check_outside(s);
 #if PD_DIM > 1
-    CHECK(pd_grid_count(&s->grid, PD_INLET) > 0);
+    CHECK(pdi_grid_count(&s->grid, PD_INLET) > 0);
 #endif
-    CHECK(pd_grid_count(&s->grid, PD_OUTLET) > 0);
+    CHECK(pdi_grid_count(&s->grid, PD_OUTLET) > 0);
     scene_free(s);
 }
 
@@ -271,7 +270,7 @@ TEST(dissolve_equals_fresh)
             s->shapes[0].b[d] = s->stencil.h[d];
             s->shapes[0].n[d] = n[d];
         }
-        s->desc.solid = 0;
+        s->desc.solid = &s->shapes[0];
         if (!CHECK_OK(&s->ctx, scene_build(s))) return;
         for (int c = cells - 1; c > 0; c--) {
             int i[PD_DIM];
@@ -283,7 +282,7 @@ TEST(dissolve_equals_fresh)
         if (!CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->desc, &fresh))) return;
         CHECK_INT(s->grid.fluid_count, fresh.fluid_count);
         CHECK_INT(s->grid.solid_count, fresh.solid_count);
-        CHECK_INT(pd_grid_count(&s->grid, PD_FLUID), fresh.fluid_count);
+        CHECK_INT(pdi_grid_count(&s->grid, PD_FLUID), fresh.fluid_count);
         for (int32_t node = 0; node < fresh.total; node++) {
             int closed = s->grid.kind[node] == PD_WALL || s->grid.kind[node] == PD_OUTSIDE;
             int fresh_closed = fresh.kind[node] == PD_WALL || fresh.kind[node] == PD_OUTSIDE;
@@ -346,7 +345,10 @@ TEST(bad_shapes)
     set_cells(n, 10, 10, 10);
     if (!scene_init(s, 3.0, n)) return;
     pd_shape *shape = &s->shapes[0];
-    s->desc.solid = 0;
+    s->desc.solid = &s->shapes[0];
+    s->desc.shapes = NULL;
+    check_refused(s, PD_ERR_ARGUMENT, "array of shapes");
+    s->desc.shapes = s->shapes;
     shape->type = PD_SHAPE_BALL;
     shape->r = 0.9;
     shape->a[PD_DIM - 1] = s->desc.hi[PD_DIM - 1] - 0.5; /* sticks out */
@@ -368,9 +370,9 @@ TEST(bad_shapes)
     CHECK_INT(s->grid.fluid_count, 0);
     pd_grid_free(&s->ctx, &s->grid);
     s->shapes[1] = *shape;
-    s->desc.wall = 1;
+    s->desc.wall = &s->shapes[1];
     check_refused(s, PD_ERR_GEOMETRY, "no node"); /* the wall comes first */
-    s->desc.solid = -1;
+    s->desc.solid = NULL;
     check_refused(s, PD_ERR_GEOMETRY, "every node");
     scene_free(s);
 }

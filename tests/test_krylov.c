@@ -110,10 +110,10 @@ static pd_status run(pd_ctx *ctx, const pd_krylov_desc *desc, sys *s, pd_apply_f
                      pd_krylov_result *result)
 {
     pd_krylov k;
-    pd_status status = pd_krylov_build(ctx, desc, &k);
-    if (status == PD_OK) status = pd_krylov_solve(ctx, &k, multiply, precond, s, b, x, result);
-    pd_krylov_free(ctx, &k);
-    pd_krylov_free(ctx, &k);
+    pd_status status = pdi_krylov_build(ctx, desc, &k);
+    if (status == PD_OK) status = pdi_krylov_solve(ctx, &k, multiply, precond, s, b, x, result);
+    pdi_krylov_free(ctx, &k);
+    pdi_krylov_free(ctx, &k);
     CHECK_INT(ctx->in_use, 0);
     return status;
 }
@@ -202,26 +202,26 @@ TEST(gmres_growth)
         d.compressed = variant >> 1 & 1;
         d.flexible = variant >> 2;
         fault_context(&c, 0, 1, &ctx);
-        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
         size_t built = ctx.in_use;
         if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
+        CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
         CHECK_INT(r.iterations, refused ? 10 : N);
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
         CHECK(ctx.in_use > built);
-        pd_krylov_trim(&ctx, &k);
+        pdi_krylov_trim(&ctx, &k);
         CHECK_INT(c.wrong, 0);
         if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
         c.fail_at = 0;
         memset(x, 0, sizeof x);
-        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
+        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
         CHECK_INT(r.iterations, N);
         k.desc.fixed = 1;
         memset(x, 0, sizeof x);
-        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
+        CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
         CHECK_INT(r.iterations, 5);
-        pd_krylov_free(&ctx, &k);
+        pdi_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
         CHECK_INT(c.live, 0);
     }
@@ -517,18 +517,18 @@ TEST(memory)
         pd_krylov_desc d = describe(methods[m], N);
         fault_context(&c, 0, 1, &ctx);
         sys s = make(K_POISSON, N);
-        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
         long built = c.calls;
-        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
+        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
         CHECK_INT(c.calls, built); /* solve allocates nothing */
-        pd_krylov_free(&ctx, &k);
+        pdi_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
         for (long fail = 1; fail <= built; fail++) {
             c.calls = 0;
             c.fail_at = fail;
-            CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
-            CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
-            pd_krylov_free(&ctx, &k);
+            CHECK_INT(pdi_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
+            CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+            pdi_krylov_free(&ctx, &k);
             CHECK_INT(ctx.in_use, 0);
         }
     }
@@ -569,16 +569,16 @@ TEST(spans)
         d.rtol = 1e-12;
         d.restart = 20;
         for (int p = 0; p < 20; p++) b[place(p)] = 1.0;
-        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
         CHECK_INT((int)k.length, 20);
-        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply_placed, NULL, &s, b, x, &r));
+        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply_placed, NULL, &s, b, x, &r));
         for (int p = 0; p < 20; p++) {
             CHECK_NEAR(x[place(p)], 0.5 * (p + 1.0) * (20.0 - p), 1e-9);
             x[place(p)] = 0.0;
         }
         for (int i = 0; i < 42; i++) between = fmax(between, fabs(x[i]));
         CHECK_LE(between, 0.0);
-        pd_krylov_free(&ctx, &k);
+        pdi_krylov_free(&ctx, &k);
     }
 }
 
@@ -605,18 +605,18 @@ TEST(bad_input)
         case 8: d.spans = &spans, d.components = 3, word = "expected 3 times 21"; break;
         default: d.rtol = 1.0, word = "rtol"; break;
         }
-        CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
+        CHECK_INT(pdi_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, word) != NULL);
-        pd_krylov_free(&ctx, &k);
+        pdi_krylov_free(&ctx, &k);
     }
     double b[4] = {1, 1, 1, 1}, x[4] = {0, 0, 0, 0};
     sys s = make(K_POISSON, 4);
     pd_krylov_desc d = describe(PD_KRYLOV_CG, 4);
     x[2] = (double)INFINITY;
     CHECK_INT(run(&ctx, &d, &s, NULL, b, x, NULL), PD_ERR_ARGUMENT);
-    CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
-    CHECK_INT(pd_krylov_solve(&ctx, &k, NULL, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
-    pd_krylov_free(&ctx, &k);
+    CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+    CHECK_INT(pdi_krylov_solve(&ctx, &k, NULL, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+    pdi_krylov_free(&ctx, &k);
 }
 
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_breakdown)

@@ -51,7 +51,7 @@ static void stream(scene *s, int back)
         s->flow.u[i] = u[0];
         s->flow.p[i] = (back ? x[0] : 2.0 - x[0]) * 12.0 * MEAN / RHO; /* p = 0 at the outlet */
     }
-    pd_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_prepare(&s->ctx, &s->flow);
 }
 
 /* The metal that steady transport carries is the same through every plane, whichever way the stream goes, and all of it
@@ -168,7 +168,7 @@ TEST(area_of_a_ball)
         s->shapes[0].r = 0.25;
         s->shapes[0].a[0] = 1.0;
         s->shapes[0].a[1] = 0.5;
-        s->grid_desc.wall = 0;
+        s->grid_desc.wall = &s->shapes[0];
         s->transport_desc.held = everywhere;
         if (!scene_build(s)) return;
         pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);

@@ -50,10 +50,10 @@ static void tables_whole(const char *path)
     double values[4096];
     pd_ctx_init(&ctx);
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pd_table_read(&ctx, path, &table)) && CHECK(table.rows <= 4096))
+    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path, &table)) && CHECK(table.rows <= 4096))
         for (int k = 0; k < table.columns; k++)
-            CHECK_OK(&ctx, pd_table_column(&ctx, &table, pd_table_text(&table, -1, k), values));
-    pd_table_free(&ctx, &table);
+            CHECK_OK(&ctx, pdi_table_column(&ctx, &table, pdi_table_text(&table, -1, k), values));
+    pdi_table_free(&ctx, &table);
 }
 
 /* Its last bytes, behind whatever makes them the end. */
@@ -241,7 +241,7 @@ TEST(masks)
     image.height = 1;
     image.channels = 3;
     image.pixels = pixels;
-    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("a.png"), &image));
+    CHECK_OK(&ctx, pdi_png_write(&ctx, path_of("a.png"), &image));
     const char *named = "mask = a.png";
 #else
     const char *named = "raw = a.raw  size = " VALUES("2", "1");
@@ -301,7 +301,6 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
         family.h[d] = 1.0;
         box.hi[d] = 8.0;
     }
-    box.solid = box.wall = -1;
     desc.gamma = 1.4;
     desc.order = PD_GAS_SECOND;
     desc.initial = at_rest;
@@ -344,14 +343,14 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     plot.series[0].y = values + 2;
     plot.series[0].count = 2;
     pd_status status = pd_plot_write(ctx, path_of("out/a.png"), &plot);
-    if (status == PD_OK) status = pd_png_read(ctx, path_of("out/a.png"), &image);
-    if (status == PD_OK) status = pd_csv_write(ctx, path_of("out/a.csv"), "a", names, 2, values, 2);
-    if (status == PD_OK) status = pd_table_read(ctx, path_of("out/a.csv"), &table);
+    if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
+    if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), "a", names, 2, values, 2);
+    if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
     if (status == PD_OK) status = pd_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
     for (int k = 0; k < 30 && status == PD_OK; k++) status = pd_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
     for (int twice = 0; twice < 2; twice++) {
-        pd_image_free(ctx, &image);
-        pd_table_free(ctx, &table);
+        pdi_image_free(ctx, &image);
+        pdi_table_free(ctx, &table);
         pd_pvd_free(ctx, &pvd);
     }
     empty_folder(path_of("out"));

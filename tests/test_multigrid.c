@@ -68,12 +68,12 @@ static int count(problem *p, pd_krylov_method method)
     double *exact = random_vector(p), *b = vector(p), *x = vector(p), *y = vector(p);
     multiply_projected(p, exact, b);
     if (CHECK_OK(&p->ctx, build(p)) && CHECK_OK(&p->ctx, setup(p)) &&
-        CHECK_OK(&p->ctx, pd_krylov_build(&p->ctx, &desc, &k))) {
+        CHECK_OK(&p->ctx, pdi_krylov_build(&p->ctx, &desc, &k))) {
         size_t held = p->ctx.in_use, peak = p->ctx.peak;
-        CHECK_OK(&p->ctx, pd_krylov_solve(&p->ctx, &k, multiply_projected, cycle_projected, p, b, x, &r));
+        CHECK_OK(&p->ctx, pdi_krylov_solve(&p->ctx, &k, multiply_projected, cycle_projected, p, b, x, &r));
         CHECK_INT(p->ctx.in_use, held); /* neither the solver nor the cycle allocates */
         CHECK_INT(p->ctx.peak, peak > held ? peak : held);
-        pd_krylov_free(&p->ctx, &k);
+        pdi_krylov_free(&p->ctx, &k);
         multiply(p, x, y);
         memset(exact, 0, (size_t)p->nodes * sizeof *exact);
         CHECK_LE(norm_difference(p, y, b), 1.001e-8 * norm_difference(p, exact, b));
@@ -82,7 +82,7 @@ static int count(problem *p, pd_krylov_method method)
     free(b);
     free(x);
     free(y);
-    pd_multigrid_free(&p->ctx, &p->mg);
+    pdi_multigrid_free(&p->ctx, &p->mg);
     return r.iterations;
 }
 
@@ -114,9 +114,9 @@ TEST(closed_form)
     desc.n = p.nodes;
     desc.rtol = 1e-12;
     if (CHECK_OK(&p.ctx, build(&p)) && CHECK_OK(&p.ctx, setup(&p)) &&
-        CHECK_OK(&p.ctx, pd_krylov_build(&p.ctx, &desc, &k))) {
-        CHECK_OK(&p.ctx, pd_krylov_solve(&p.ctx, &k, multiply, cycle, &p, b, x, NULL));
-        pd_krylov_free(&p.ctx, &k);
+        CHECK_OK(&p.ctx, pdi_krylov_build(&p.ctx, &desc, &k))) {
+        CHECK_OK(&p.ctx, pdi_krylov_solve(&p.ctx, &k, multiply, cycle, &p, b, x, NULL));
+        pdi_krylov_free(&p.ctx, &k);
         for (int i = 0; i < p.nodes; i++) CHECK_NEAR(x[i], exact[i], 1e-8);
     }
     free(b);
@@ -276,7 +276,7 @@ TEST(singular_pockets)
         cycle(&p, b, x);
         for (int i = 0; i < p.nodes; i++) CHECK(fabs(x[i]) <= 2.0 * SIZE * SIZE);
         for (int c = 0; c < p.cells; c++) CHECK(p.active[c] || x[node(&p, c)] == 0.0);
-        pd_multigrid_free(&p.ctx, &p.mg);
+        pdi_multigrid_free(&p.ctx, &p.mg);
     }
     free(b);
     free(x);
@@ -371,7 +371,7 @@ TEST(threads_and_ghosts)
             CHECK_OK(&p.ctx, build(&p));
             CHECK_OK(&p.ctx, setup(&p));
             cycle(&p, b, x);
-            pd_multigrid_free(&p.ctx, &p.mg);
+            pdi_multigrid_free(&p.ctx, &p.mg);
             if (t == 1) memcpy(first, x, (size_t)p.nodes * sizeof *x);
             CHECK(memcmp(first, x, (size_t)p.nodes * sizeof *x) == 0);
             for (int i = 0; i < p.nodes; i++) CHECK(inside[i] > 0.0 ? fabs(x[i]) < 1e12 : x[i] == 77.0);

@@ -21,7 +21,7 @@ static int box_build(scene *s, double m, double h, int x, int y, int z, body wha
     n[2] = z;
     scene_box(s, m, h, x, y, z);
     s->fields = 4;
-    if (what != BODY_NONE) s->grid_desc.solid = 0;
+    if (what != BODY_NONE) s->grid_desc.solid = &s->shapes[0];
     if (ports) {
         s->grid_desc.side[0] = PD_SIDE_INLET;
         s->grid_desc.side[1] = PD_SIDE_OUTLET;

@@ -167,13 +167,13 @@ TEST(images_come_back)
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
         for (int channels = 1; channels <= 3; channels += 2) {
             pd_image image = pattern(&ctx, sizes[k][0], sizes[k][1], channels), back;
-            CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/back.png", &image));
-            if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/back.png", &back))) return;
+            CHECK_OK(&ctx, pdi_png_write(&ctx, DIRECTORY "/back.png", &image));
+            if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/back.png", &back))) return;
             CHECK(back.width == image.width && back.height == image.height && back.channels == channels);
             CHECK(memcmp(image.pixels, back.pixels,
                          (size_t)image.width * (size_t)image.height * (size_t)channels) == 0);
-            pd_image_free(&ctx, &image);
-            pd_image_free(&ctx, &back);
+            pdi_image_free(&ctx, &image);
+            pdi_image_free(&ctx, &back);
         }
     CHECK_INT(ctx.in_use, 0);
     remove(DIRECTORY "/back.png");
@@ -184,16 +184,16 @@ TEST(an_image_that_cannot_be_written_is_refused)
     pd_ctx ctx;
     start(&ctx);
     pd_image image = pattern(&ctx, 4, 4, 3);
-    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/none/x.png", &image), PD_ERR_FILE);
+    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/none/x.png", &image), PD_ERR_FILE);
     image.channels = 2;
-    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
     image.channels = 3;
     image.height = 0;
-    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_ARGUMENT);
     image.width = image.height = 100000;
-    CHECK_INT(pd_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_SIZE);
+    CHECK_INT(pdi_png_write(&ctx, DIRECTORY "/x.png", &image), PD_ERR_SIZE);
     image.width = image.height = 4;
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -201,11 +201,11 @@ TEST(gray_is_luminance_over_white_paper)
 {
     uint8_t pixels[] = {255, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 128, 255, 255, 255, 255}, gray[] = {77};
     pd_image rgba = {2, 2, 4, pixels}, one = {1, 1, 1, gray};
-    CHECK_INT(pd_image_gray(&rgba, 0, 0), 76); /* 0.299 * 255 */
-    CHECK_INT(pd_image_gray(&rgba, 1, 0), 255);
-    CHECK_INT(pd_image_gray(&rgba, 0, 1), 127);
-    CHECK_INT(pd_image_gray(&rgba, 1, 1), 255);
-    CHECK_INT(pd_image_gray(&one, 0, 0), 77);
+    CHECK_INT(pdi_image_gray(&rgba, 0, 0), 76); /* 0.299 * 255 */
+    CHECK_INT(pdi_image_gray(&rgba, 1, 0), 255);
+    CHECK_INT(pdi_image_gray(&rgba, 0, 1), 127);
+    CHECK_INT(pdi_image_gray(&rgba, 1, 1), 255);
+    CHECK_INT(pdi_image_gray(&one, 0, 0), 77);
 }
 
 static void put(const uint8_t *data, size_t size)
@@ -220,7 +220,7 @@ static void put(const uint8_t *data, size_t size)
 static void refused(pd_ctx *ctx, const char *text)
 {
     pd_image image;
-    CHECK_INT(pd_png_read(ctx, DIRECTORY "/hurt.png", &image), PD_ERR_PARSE);
+    CHECK_INT(pdi_png_read(ctx, DIRECTORY "/hurt.png", &image), PD_ERR_PARSE);
     if (!CHECK(strstr(ctx->message, text) && strstr(ctx->message, "hurt.png"))) NOTE("%s", ctx->message);
     CHECK(image.pixels == NULL);
     CHECK_INT(ctx->in_use, 0);
@@ -274,18 +274,18 @@ TEST(few_bits_and_palettes_are_expanded)
     pd_image image;
     start(&ctx);
     compose(&ctx, 10, 2, 1, 0, 0, 0, rows, sizeof rows);
-    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK(image.width == 10 && image.height == 2 && image.channels == 1);
     for (int c = 0; c < 10; c++) {
-        CHECK_INT(pd_image_gray(&image, c, 0), expected[0][c] == '1' ? 255 : 0);
-        CHECK_INT(pd_image_gray(&image, c, 1), expected[1][c] == '1' ? 255 : 0);
+        CHECK_INT(pdi_image_gray(&image, c, 0), expected[0][c] == '1' ? 255 : 0);
+        CHECK_INT(pdi_image_gray(&image, c, 1), expected[1][c] == '1' ? 255 : 0);
     }
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     compose(&ctx, 10, 2, 1, 3, 0, 1, rows, sizeof rows);
-    if (!CHECK_OK(&ctx, pd_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
+    if (!CHECK_OK(&ctx, pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image))) return;
     CHECK_INT(image.channels, 3);
     CHECK(memcmp(image.pixels, "\xC8\xD2\xDC\x0A\x14\x1E\xC8\xD2\xDC", 9) == 0);
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -325,7 +325,7 @@ TEST(what_is_not_supported_is_said)
     put((const uint8_t *)"GIF89a", 6);
     refused(&ctx, "not a PNG file");
     pd_image image;
-    CHECK_INT(pd_png_read(&ctx, DIRECTORY "/none.png", &image), PD_ERR_FILE);
+    CHECK_INT(pdi_png_read(&ctx, DIRECTORY "/none.png", &image), PD_ERR_FILE);
 }
 
 TEST(cut_and_damaged_files_are_refused)
@@ -335,8 +335,8 @@ TEST(cut_and_damaged_files_are_refused)
     size_t size;
     start(&ctx);
     pd_image image = pattern(&ctx, 9, 6, 3);
-    CHECK_OK(&ctx, pd_png_write(&ctx, DIRECTORY "/good.png", &image));
-    pd_image_free(&ctx, &image);
+    CHECK_OK(&ctx, pdi_png_write(&ctx, DIRECTORY "/good.png", &image));
+    pdi_image_free(&ctx, &image);
     if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/good.png", 100000, &data, &size))) return;
     size_t held = ctx.in_use;
     int accepted = 0, other = 0, leaks = 0;
@@ -344,11 +344,11 @@ TEST(cut_and_damaged_files_are_refused)
         for (int bit = -1; bit < 8; bit++) {
             if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
             put((const uint8_t *)data, bit < 0 ? k : size);
-            pd_status status = pd_png_read(&ctx, DIRECTORY "/hurt.png", &image);
+            pd_status status = pdi_png_read(&ctx, DIRECTORY "/hurt.png", &image);
             if (bit >= 0) data[k] = (char)(data[k] ^ 1 << bit);
             accepted += status == PD_OK;
             other += status != PD_OK && status != PD_ERR_PARSE;
-            if (status == PD_OK) pd_image_free(&ctx, &image);
+            if (status == PD_OK) pdi_image_free(&ctx, &image);
             leaks += ctx.in_use != held;
         }
     CHECK_INT(accepted, 0);
@@ -511,7 +511,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
     picture.hi[1] = 15e-6;
     picture.magnification = EACH;
     picture.range_hi = 299;
-    if (!CHECK_OK(&ctx, pd_picture_draw(&ctx, &picture, &image))) return;
+    if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
     CHECK_INT(count_colour(&image, 0x9A9DA1, solid), EACH * EACH);
     CHECK_INT(count_colour(&image, 0x3C4043, wall), EACH * EACH);
     CHECK_INT(wall[2] - solid[0] + 1, NX * EACH);
@@ -526,7 +526,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
         if (k != NX + 3) wrong += pixel(&image, x, y) != table[(int)(k / 299.0 * 255 + 0.5)];
     }
     CHECK_INT(wrong, 0);
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -554,13 +554,13 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
             picture.title = "a title";
             picture.stamp = "t = 1 s";
             picture.label = "C [mol/m3]";
-            if (!CHECK_OK(&ctx, pd_picture_draw(&ctx, &picture, &image))) return;
+            if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
             CHECK(image.width >= 300 && image.width <= 1700 && image.height >= 220 && image.height <= 1400);
             for (int x = 0; x < image.width; x++) /* nothing runs into the edge */
                 CHECK(pixel(&image, x, 8) == 0xFFFFFF && pixel(&image, x, image.height - 6) == 0xFFFFFF);
             for (int y = 0; y < image.height; y++)
                 CHECK(pixel(&image, 8, y) == 0xFFFFFF && pixel(&image, image.width - 8, y) == 0xFFFFFF);
-            pd_image_free(&ctx, &image);
+            pdi_image_free(&ctx, &image);
         }
     CHECK_INT(ctx.in_use, 0);
 }
@@ -580,7 +580,7 @@ TEST(a_picture_with_wrong_arguments_is_refused)
 #define REFUSED(member, wrong, text) \
     bad = good; \
     bad.member = wrong; \
-    CHECK_INT(pd_picture_draw(&ctx, &bad, &image), PD_ERR_ARGUMENT); \
+    CHECK_INT(pdi_picture_draw(&ctx, &bad, &image), PD_ERR_ARGUMENT); \
     CHECK(strstr(ctx.message, text) != NULL);
     REFUSED(nx, 0, "0 x 1 cells")
     REFUSED(values, NULL, "cells cannot be drawn")
@@ -615,7 +615,7 @@ TEST(a_curve_passes_through_its_points)
     plot.x_log = plot.y_log = 1;
     plot.x_lo = plot.y_lo = 1e-7;
     plot.x_hi = plot.y_hi = 1e5;
-    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &image))) return;
     CHECK(image.width == 1100 && image.height == 760);
     CHECK(count_colour(&image, 0x0072B2, box) > 200);
     /* The frame is found by its ink: its left edge is the longest dark column. */
@@ -640,7 +640,7 @@ TEST(a_curve_passes_through_its_points)
         for (int d = -1; d <= 1; d++) hit = hit || pixel(&image, xp, yp + d) == 0x0072B2;
         CHECK(hit);
     }
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
 }
 
 /* Rows around column x that have the colour of the first curve, or much of it. */
@@ -676,7 +676,7 @@ TEST(points_have_their_spread)
     plot.series[0].count = 3;
     plot.series[0].stroke = PD_STROKE_MARKERS;
     plot.x_hi = plot.y_hi = 10;
-    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &image))) return;
     int left = 0, right = 0, high = 0, low = 0; /* the frame, by its ink */
     for (int k = 0; k < image.width; k++) {
         if (pixel(&image, k, image.height / 3) != 0x202124) continue;
@@ -696,16 +696,16 @@ TEST(points_have_their_spread)
         CHECK_NEAR(top, low - y[k] * unit - half, 3.0);
         CHECK_NEAR(bottom, low - y[k] * unit + half, 3.0);
     }
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     plot.y_hi = 0.0; /* the range of the data: 2 .. 9 with bars */
-    if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
+    if (!CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &image))) return;
     coloured(&image, (int)(left + 9 * (right - left) / 10.0), &edge, &bottom);
     CHECK(edge > high && edge < high + 40);
-    pd_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &image);
     plot.series[0].spread = wide; /* below 0, which a logarithmic axis does not have */
     plot.y_log = 1;
-    CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image));
-    pd_image_free(&ctx, &image);
+    CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &image));
+    pdi_image_free(&ctx, &image);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -717,30 +717,30 @@ TEST(a_plot_copes_with_what_cannot_be_shown)
     pd_image image;
     pd_ctx_init(&ctx);
     memset(&plot, 0, sizeof plot);
-    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     plot.count = 1;
     plot.series[0].name = "everything";
     plot.series[0].x = x;
     plot.series[0].y = y;
     plot.series[0].count = 2;
     plot.y_log = 1;
-    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "no series has a point") != NULL);
     plot.y_lo = 2;
     plot.y_hi = 1;
     plot.series[0].count = 6;
-    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     for (int stroke = 0; stroke <= PD_STROKE_BOTH; stroke++)
         for (int k = 0; k < 4; k++) {
             plot.series[0].stroke = (pd_stroke)stroke;
             plot.y_log = k % 2;
             plot.y_lo = k / 2 ? 0.5 : 0;
             plot.y_hi = k / 2 ? 4 : 0;
-            if (!CHECK_OK(&ctx, pd_plot_draw(&ctx, &plot, &image))) return;
-            pd_image_free(&ctx, &image);
+            if (!CHECK_OK(&ctx, pdi_plot_draw(&ctx, &plot, &image))) return;
+            pdi_image_free(&ctx, &image);
         }
     plot.width = 100;
-    CHECK_INT(pd_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_plot_draw(&ctx, &plot, &image), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -763,11 +763,11 @@ TEST(every_failing_allocation_is_reported)
             fault f;
             pd_image image = {0, 0, 0, NULL};
             fault_context(&f, tries + 1, 1, &ctx);
-            status = phase ? pd_png_read(&ctx, DIRECTORY "/memory.png", &image)
+            status = phase ? pdi_png_read(&ctx, DIRECTORY "/memory.png", &image)
                            : pd_picture_write(&ctx, DIRECTORY "/memory.png", &picture);
             failures += status == PD_ERR_MEMORY;
             if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
-            pd_image_free(&ctx, &image);
+            pdi_image_free(&ctx, &image);
             CHECK_INT(ctx.in_use, 0);
         }
         CHECK_OK(&ctx, status);

@@ -78,10 +78,10 @@ static int prepare(const char *text) { return CHECK_OK(&reader, load(&reader, te
 static pd_status model_work(pd_ctx *ctx, void *user)
 {
     static pd_model model;
-    pd_status status = pd_model_build(ctx, &shared, &model);
+    pd_status status = pdi_model_build(ctx, &shared, &model);
     (void)user;
     if (status >= 0) status = pd_couple_run(ctx, &model.couple, shared.until, shared.every, NULL, NULL);
-    pd_model_free(ctx, &model);
+    pdi_model_free(ctx, &model);
     return status;
 }
 
@@ -89,7 +89,7 @@ static pd_status twin_work(pd_ctx *ctx, void *user)
 {
     static pd_coarser twin;
     (void)user;
-    return pd_coarser_build(ctx, &shared, 2, &twin);
+    return pdi_coarser_build(ctx, &shared, 2, &twin);
 }
 
 /* All that a frame holds; neither the file nor its beginning is there after a stop. */

@@ -4,7 +4,7 @@
 #define _XOPEN_SOURCE 700
 #include "fault.h"
 #include "run/model.h"
-#include "run/checkpoint.h"
+#include "checkpoint_model.h"
 #include "scene/scene.h"
 #include "scene_file.h"
 
@@ -182,7 +182,6 @@ static int box_build(pd_ctx *ctx, double max_step, box *b)
         family.h[d] = 1.0;
         desc.hi[d] = 4.0;
     }
-    desc.wall = desc.solid = -1;
     run.max_step = max_step;
     return CHECK_OK(ctx, pd_stencil_build(ctx, &family, &b->stencil)) &&
            CHECK_OK(ctx, pd_grid_build(ctx, &b->stencil, &desc, &b->grid)) &&
@@ -288,12 +287,12 @@ TEST(elements)
 
 static int grow(pd_ctx *ctx, pd_setup *u, pd_model *m, const char *text)
 {
-    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pd_model_build(ctx, u, m));
+    return CHECK_OK(ctx, load(ctx, text, NULL, 0, u)) && CHECK_OK(ctx, pdi_model_build(ctx, u, m));
 }
 
 static void drop(pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
-    pd_model_free(ctx, m);
+    pdi_model_free(ctx, m);
     leave(ctx, u);
 }
 
@@ -305,9 +304,9 @@ static void goes_on(const char *text, const char *what)
     pd_model a, b;
     if (!grow(&ctx, &u, &a, text)) return;
     CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, 0.5 * u.until, 0.5 * u.until, NULL, NULL));
-    CHECK_OK(&ctx, pd_checkpoint_save(&ctx, path_of("half"), &a));
+    CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &a));
     if (!grow(&other, &v, &b, text)) return;
-    CHECK_OK(&other, pd_checkpoint_load(&other, path_of("half"), &b));
+    CHECK_OK(&other, checkpoint_load(&other, path_of("half"), &b));
     CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, 0.5 * u.until, NULL, NULL));
     CHECK_OK(&other, pd_couple_run(&other, &b.couple, u.until, 0.5 * u.until, NULL, NULL));
     int64_t total = a.grid.total;

@@ -80,7 +80,7 @@ static void scene_start(scene *s, pd_rate_fn law, void *l, double solid, double 
     scene_reset(s);
     s->ctx.threads = 1;
     s->with = WITH_TRANSPORT | WITH_DISSOLVE | WITH_COUPLE;
-    s->grid_desc.solid = 0;
+    s->grid_desc.solid = &s->shapes[0];
     s->stencil_desc.m = m;
     s->transport_desc.diffusivity = diffusivity;
     s->transport_desc.user = &held_bath;
@@ -113,7 +113,7 @@ static int metal_build(scene *s, pd_rate_fn law, void *l, double solid, double m
     }
     s->shapes[0].type = s->shapes[1].type = PD_SHAPE_BOX;
     s->shapes[1].a[0] = (SOLID + FLUID - 1) * H;
-    s->grid_desc.wall = bath >= 0.0 ? 1 : -1;
+    s->grid_desc.wall = bath >= 0.0 ? &s->shapes[1] : NULL;
     s->transport_desc.initial = fmax(bath, 0.0);
     s->transport_desc.held = bath >= 0.0 ? bath_of : NULL;
     return scene_make(s);
@@ -267,7 +267,7 @@ TEST(rod_in_a_ring)
                 s->shapes[1].r = 20.0 * H;
                 s->shapes[2].type = PD_SHAPE_COMPLEMENT;
                 s->shapes[2].child[0] = s->shapes[2].children = 1;
-                s->grid_desc.wall = 2;
+                s->grid_desc.wall = &s->shapes[2];
                 if (!scene_make(s)) return;
                 if (!run_to(s, 200.0 * length * length / diffusivity, CSAT)) printf("m %d\n", m);
                 double expected = 0.8 * CSAT / (length / diffusivity + CSAT / (speed * solid));

@@ -15,7 +15,7 @@ static pd_model model;
 static int start(const char *text)
 {
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &setup))) return 0;
-    if (CHECK_OK(&ctx, pd_model_build(&ctx, &setup, &model))) {
+    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) {
         if (model.transport.c) pdi_sample_prepare(&model);
         return 1;
     }
@@ -25,7 +25,7 @@ static int start(const char *text)
 
 static void stop(void)
 {
-    pd_model_free(&ctx, &model);
+    pdi_model_free(&ctx, &model);
     leave(&ctx, &setup);
 }
 
@@ -164,7 +164,7 @@ static void press(double (*p)(const double *x))
         pd_grid_position(&model.grid, i, x);
         if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = p(x) / 2.0;
     }
-    pd_flow_prepare(&ctx, &model.flow);
+    pdi_flow_prepare(&ctx, &model.flow);
 }
 
 static double straight(const double *x) { return 3.0 + 5.0 * (2.0 - x[0]); }
@@ -239,7 +239,7 @@ TEST(dissolving_metal)
     deep[1] = 0.15;
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) model.flow.u[i] = 1.0;
-    pd_flow_prepare(&ctx, &model.flow);
+    pdi_flow_prepare(&ctx, &model.flow);
     CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 0, on), 0.0, 1e-8);
     CHECK(pdi_sample_inside(&model, deep));
     double value = pdi_sample_point(&model, PD_FIELD_V, 0, deep);
@@ -256,7 +256,7 @@ TEST(dissolving_metal)
     CHECK_OK(&ctx, pd_bonds_update(&ctx, changed, count, &model.bonds));
     CHECK_OK(&ctx, pd_flow_update(&ctx, changed, count, &model.flow));
     for (int32_t n = 0; n < count; n++) model.flow.u[changed[n]] = 1.0;
-    pd_flow_prepare(&ctx, &model.flow);
+    pdi_flow_prepare(&ctx, &model.flow);
     CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 0, above), 0.0, 1e-8);
     CHECK_LE(0.9, pdi_sample_point(&model, PD_FIELD_V, 0, on));
     stop();
@@ -350,11 +350,11 @@ TEST(probe_in_a_wall)
                  PD_DIM == 1 ? "" : PD_DIM == 2 ? ", 0" : ", 0, 0", PD_DIM == 1 ? "" : PD_DIM == 2 ? ", 0" : ", 0, 0",
                  scenes[k], PD_DIM == 1 ? "" : PD_DIM == 2 ? ", 0.2 m" : ", 0.2 m, 0.1 m");
         if (!start(text)) return;
-        int status = pd_monitors_build(&ctx, &model, &monitors);
+        int status = pdi_monitors_build(&ctx, &model, &monitors);
         CHECK_INT(status, k == 0 ? PD_ERR_GEOMETRY : PD_OK);
         if (k == 0) CHECK(strstr(ctx.message, "250 mm") != NULL);
         if (k == 0) NOTE("message: %s", ctx.message);
-        pd_monitors_free(&ctx, &monitors);
+        pdi_monitors_free(&ctx, &monitors);
         stop();
     }
 }

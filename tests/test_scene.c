@@ -54,8 +54,8 @@ TEST(every_key)
     CHECK_NEAR(u.steady, 1e-7, 0.0);
     CHECK_NEAR(u.diffusivity, 2e-9, 0.0);
     CHECK_INT(u.advection, PD_ADVECTION_UPWIND);
-    CHECK_REL(pd_expr_eval(&u.initial, x), 2.0, 1e-15);
-    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 0.5e-9, 1e-14);
+    CHECK_REL(pdi_expr_eval(&u.initial, x), 2.0, 1e-15);
+    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 0.5e-9, 1e-14);
     CHECK_REL(u.metal[0].solid_c, 1738.0 / 0.024305, 1e-15);
     CHECK_NEAR(u.saturation, 50.0, 0.0);
     CHECK_NEAR(u.gb_factor, 3.0, 0.0);
@@ -124,7 +124,7 @@ TEST(law_per_layer)
     pd_setup u;
     double c = 0.0;
     if (!CHECK_OK(&ctx, load(&ctx, STILL BLOCK "[dissolve] law = 1e-3 1/s\n", NULL, 0, &u))) return;
-    CHECK_REL(u.metal[0].rate_scale * pd_expr_eval(&u.metal[0].rate, &c), 1e-8, 1e-14);
+    CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 1e-8, 1e-14);
     CHECK_INT(u.notes, 1);
     CHECK(strstr(u.note[0], "36 um/h") != NULL && strstr(u.note[0], "315.576 mm/year") != NULL);
     leave(&ctx, &u);
@@ -143,7 +143,7 @@ TEST(masks)
     image.pixels = (uint8_t *)gray;
     need_folder();
     pd_ctx_init(&ctx);
-    CHECK_OK(&ctx, pd_png_write(&ctx, path_of("mask.png"), &image));
+    CHECK_OK(&ctx, pdi_png_write(&ctx, path_of("mask.png"), &image));
     put("mask.raw", raw, sizeof raw);
     static const char *const scenes[] = {
         STILL "[shape a] mask = mask.png  corner = 20 um, 30 um  cell = 10 um  kind = solid\n",
@@ -166,7 +166,7 @@ TEST(masks)
 static int build(pd_ctx *ctx, const char *text, pd_setup *setup, pd_model *model)
 {
     if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, setup))) return 0;
-    if (CHECK_OK(ctx, pd_model_build(ctx, setup, model))) return 1;
+    if (CHECK_OK(ctx, pdi_model_build(ctx, setup, model))) return 1;
     pd_setup_free(ctx, setup);
     return 0;
 }
@@ -185,11 +185,11 @@ TEST(parabola_between_walls)
     for (int k = 0; k < 7; k++) {
         x[1] = 35e-6 + k * 10e-6;
         double s = (x[1] - 66.5e-6) / 33.5e-6;
-        pd_inlet_velocity(&m.inlet, x, v);
+        pdi_inlet_velocity(&m.inlet, x, v);
         CHECK_NEAR(v[0], 0.45 * (1.0 - s * s), 1e-9);
         CHECK_NEAR(v[1], 0.0, 0.0);
     }
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -203,9 +203,9 @@ TEST(flow_rate_and_direction)
     if (!build(&ctx, "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n"
                      "[side x+] flow = inlet  profile = uniform  flow_rate = 1 uL/min\n[side x-] flow = outlet\n",
                &u, &m)) return;
-    pd_inlet_velocity(&m.inlet, x, v);
+    pdi_inlet_velocity(&m.inlet, x, v);
     CHECK_REL(v[0], -1e-9 / 60.0 / (3.14159265358979323846 * 50e-6 * 50e-6), 1e-12);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -223,7 +223,7 @@ TEST(flow_without_progress)
     CHECK(strstr(ctx.message, "further steps do not lower them. That is as far as their rounding lets them") != NULL);
     CHECK(strstr(ctx.message, " accepts this one") != NULL && strstr(ctx.message, "time = implicit") == NULL);
     CHECK(strstr(ctx.message, "efine the grid") == NULL);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -235,11 +235,11 @@ TEST(expression_profile)
     double x[2] = {-25e-6, 20e-6}, v[2];
     if (!build(&ctx, CHANNEL "[side x-] flow = inlet  profile = expression  vx = 10 1/s * y  vy = 1 mm/s\n", &u,
                &m)) return;
-    pd_inlet_velocity(&m.inlet, x, v);
+    pdi_inlet_velocity(&m.inlet, x, v);
     CHECK_REL(v[0], 2e-4, 1e-14);
     CHECK_REL(v[1], 1e-3, 1e-14);
     CHECK_REL(m.flow.reference_speed, 5e-4, 1e-12); /* the mean of 10/s y over the side */
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -262,19 +262,19 @@ TEST(sides_and_motion)
         CHECK_INT(u.motion, PD_MOTION_IMPLICIT);
         CHECK_NEAR(m.implicit.desc.rtol, 1e-3, 0.0);
         CHECK_NEAR(m.flow.u[pd_grid_node(&m.grid, at)], 0.9e-3, 1e-18);
-        pd_wall_velocity(&m.inlet, x, v);
+        pdi_wall_velocity(&m.inlet, x, v);
         CHECK_NEAR(v[0], 3e-3, 0.0);
-        CHECK_NEAR(pd_wall_held(&m.inlet, x), 5.0, 0.0);
-        CHECK(!(pd_wall_held(&m.inlet, inside) >= 0.0));
+        CHECK_NEAR(pdi_wall_held(&m.inlet, x), 5.0, 0.0);
+        CHECK(!(pdi_wall_held(&m.inlet, inside) >= 0.0));
         CHECK(m.couple.process[0].self == &m.implicit && m.quasi.steady == NULL && m.unsteady.density == NULL);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     if (build(&ctx, CLOSED "  time = explicit  c0 = 20 mm/s  eos = linear\n[run] until = 3 s\n", &u, &m)) {
         CHECK_INT(m.unsteady.desc.eos, PD_EOS_LINEAR);
         CHECK_NEAR(m.unsteady.desc.sound, 0.02, 0.0);
         CHECK(m.steady.work == NULL && m.implicit.start == NULL);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     refused(CLOSED "\n[side y-] flow = periodic\n", "flow: found 'periodic', expected it on y- and y+");
@@ -298,21 +298,21 @@ TEST(absent_physics_costs_nothing)
         CHECK(m.couple.count == 1 && m.couple.process[0].self == &m.advance);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
         CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     if (build(&ctx, CHANNEL "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n", &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_TRANSPORT], 0);
         CHECK(m.transport.c == NULL && m.couple.count == 1 && m.couple.elements == 0);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 600);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
     /* grains without a boundary factor need no factor field */
     if (build(&ctx, STILL "[shape b] box = 0 .. 50 um, 0 .. 50 um  kind = solid  grains = 20 um\n"
                     "[dissolve] rate = 1 um/h\n", &u, &m)) {
         CHECK(m.factor == NULL && m.grain.id != NULL);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
 }
@@ -335,7 +335,7 @@ TEST(grain_factor)
     CHECK_REL(sum / 100.0, 1.0 + 2.0 * m.grain_stats.boundary_fraction, 1e-6);
     CHECK(m.grain_stats.boundary_fraction > 0.02 && m.grain_stats.boundary_fraction < 0.15);
     CHECK_NEAR(least, 1.0, 0.2);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -411,24 +411,24 @@ TEST(files_of_a_run)
         snprintf(name, sizeof name, "made/here/%s", files[k]);
         if (!CHECK(access(path_of(name), R_OK) == 0)) NOTE("no %s", name);
         memset(&image, 0, sizeof image);
-        if (strstr(name, ".png")) CHECK_OK(&ctx, pd_png_read(&ctx, path_of(name), &image));
+        if (strstr(name, ".png")) CHECK_OK(&ctx, pdi_png_read(&ctx, path_of(name), &image));
         if (strstr(name, ".png")) CHECK(image.width > 200 && image.height > 100);
-        pd_image_free(&ctx, &image);
+        pdi_image_free(&ctx, &image);
     }
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
+    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
         CHECK_INT(table.rows, r.steps + 1);
-        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "volume_loss", loss));
-        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "time_s", time));
+        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "volume_loss", loss));
+        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "time_s", time));
         CHECK_NEAR(loss[table.rows - 1], r.volume_loss, 0.0);
         CHECK_NEAR(loss[0], 0.0, 0.0);
         for (int k = 1; k < table.rows; k++) CHECK(time[k] > time[k - 1] && loss[k] > loss[k - 1]);
     }
-    pd_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
     memset(&table, 0, sizeof table);
-    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
-        CHECK_INT(pd_table_find(&table, "a_C"), 1);
-    pd_table_free(&ctx, &table);
+    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
+        CHECK_INT(pdi_table_find(&table, "a_C"), 1);
+    pdi_table_free(&ctx, &table);
     leave(&ctx, &u);
 }
 
@@ -491,15 +491,15 @@ TEST(walls_and_media)
         return;
     memset(&inlet, 0, sizeof inlet);
     inlet.setup = &u;
-    CHECK_NEAR(pd_wall_held(&inlet, on_side), 7.0, 0.0);
-    CHECK_NEAR(pd_wall_held(&inlet, on_a), 2.0, 0.0);
-    CHECK_NEAR(pd_wall_held(&inlet, on_b), 3.0, 0.0);
-    CHECK(isnan(pd_wall_held(&inlet, on_c)));
-    CHECK(isnan(pd_wall_held(&inlet, on_metal)));
+    CHECK_NEAR(pdi_wall_held(&inlet, on_side), 7.0, 0.0);
+    CHECK_NEAR(pdi_wall_held(&inlet, on_a), 2.0, 0.0);
+    CHECK_NEAR(pdi_wall_held(&inlet, on_b), 3.0, 0.0);
+    CHECK(isnan(pdi_wall_held(&inlet, on_c)));
+    CHECK(isnan(pdi_wall_held(&inlet, on_metal)));
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, inside), 3e-9, 0.0);
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, outside), 1e-9, 0.0);
     CHECK_REL(m.transport.desc.level(m.transport.desc.user, inside), -10e-6, 1e-9);
-    pd_model_free(&ctx, &m);
+    pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
 }
 
@@ -620,7 +620,7 @@ TEST(refusals)
     /* two openings */
     if (!CHECK_OK(&ctx, load(&ctx, CHANNEL "[shape w] box = 0 .. 50 um, 40 um .. 60 um  kind = wall\n"
                              "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0, &u))) return;
-    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK_INT(pdi_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
     CHECK(strstr(ctx.message, "side x-: found several openings") != NULL);
     leave(&ctx, &u);
 }
@@ -646,13 +646,13 @@ TEST(parabola_of_a_tube)
     if (!CHECK_OK(&ctx, load(&ctx, TUBE "[shape w] cylinder = x  radius = 37 um  outside = yes  kind = wall\n"
                              "[side x-] flow = inlet  profile = parabola  flow_rate = 1 uL/min\n", NULL, 0, &u)))
         return;
-    if (CHECK_OK(&ctx, pd_model_build(&ctx, &u, &m))) {
+    if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
         CHECK_REL(m.flow.reference_speed, mean, 1e-12);
         CHECK_REL(m.flow.reference_length, 74e-6, 1e-12);
-        pd_inlet_velocity(&m.inlet, x, v);
+        pdi_inlet_velocity(&m.inlet, x, v);
         CHECK_REL(v[0], 2.0 * mean * (1.0 - 500.0 / 1369.0), 1e-12);
         CHECK_NEAR(fabs(v[1]) + fabs(v[2]), 0.0, 0.0);
-        pd_model_free(&ctx, &m);
+        pdi_model_free(&ctx, &m);
     }
     leave(&ctx, &u);
 }
@@ -664,7 +664,7 @@ TEST(rectangular_duct_is_refused)
     pd_model m;
     if (!CHECK_OK(&ctx, load(&ctx, TUBE "[side x-] flow = inlet  profile = parabola  mean = 1 m/s\n", NULL, 0,
                              &u))) return;
-    CHECK_INT(pd_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
+    CHECK_INT(pdi_model_build(&ctx, &u, &m), PD_ERR_GEOMETRY);
     CHECK(strstr(ctx.message, "expected profile = expression") != NULL);
     leave(&ctx, &u);
 }
@@ -707,16 +707,16 @@ TEST(diffusion_in_one_dimension)
     desc.folder = path_of("line");
     CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
     CHECK_LE(r.ledger, 1e-11);
-    CHECK_OK(&ctx, pd_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
+    CHECK_OK(&ctx, pdi_png_read(&ctx, path_of("line/C_000001_t3600.0s.png"), &image));
     CHECK(image.width > 200);
-    pd_image_free(&ctx, &image);
-    if (CHECK_OK(&ctx, pd_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
+    pdi_image_free(&ctx, &image);
+    if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
         CHECK_INT(table.rows, 61);
-        CHECK_OK(&ctx, pd_table_column(&ctx, &table, "end_C", c));
+        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "end_C", c));
         CHECK_NEAR(c[0], 0.0, 0.0);
         CHECK_REL(c[60], 2.0, 1e-6);
     }
-    pd_table_free(&ctx, &table);
+    pdi_table_free(&ctx, &table);
     leave(&ctx, &u);
 }
 

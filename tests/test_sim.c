@@ -39,7 +39,7 @@ static void against_run(const char *text, const char *const *names)
     CHECK_NEAR(result.time, sim.time, 0.0);
     CHECK_INT(result.steps, sim.steps);
     CHECK_NEAR(result.volume_loss, pd_couple_volume_loss(&sim.model.couple), 0.0);
-    CHECK_OK(&other, pd_model_build(&other, &setup, &model));
+    CHECK_OK(&other, pdi_model_build(&other, &setup, &model));
     CHECK_OK(&other, pd_couple_run(&other, &model.couple, setup.until, 0.0, NULL, NULL));
     for (int k = 0; names[k]; k++) {
         pd_view v;
@@ -65,7 +65,7 @@ static void against_run(const char *text, const char *const *names)
         }
         if (!CHECK(size > 0.0)) NOTE("%s is zero everywhere", names[k]);
     }
-    pd_model_free(&other, &model);
+    pdi_model_free(&other, &model);
     leave(&other, &setup);
     pd_sim_close(&ctx, &sim);
     pd_sim_close(&ctx, &sim);

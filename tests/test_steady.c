@@ -48,8 +48,8 @@ static int tube_build(scene *s, double h, double lo, double hi, double mean, int
     }
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
-    if (pin) s->grid_desc.solid = 0;
-    if (PD_DIM == 3) s->grid_desc.wall = 2;
+    if (pin) s->grid_desc.solid = &s->shapes[0];
+    if (PD_DIM == 3) s->grid_desc.wall = &s->shapes[2];
     s->with = WITH_FLOW | WITH_STEADY;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = MU;
@@ -85,7 +85,7 @@ static int solve(scene *s, pd_steady_result *result)
     CHECK_INT(result->converged, 1);
     double *r = (double *)calloc((size_t)(split + total), sizeof *r);
     if (!CHECK(r != NULL)) return 0;
-    pd_flow_residual(&s->ctx, &s->flow, r, r + split);
+    pdi_flow_residual(&s->ctx, &s->flow, r, r + split);
     for (int64_t k = 0; k < split; k++) momentum = fmax(momentum, fabs(r[k]) / force);
     for (int64_t k = split; k < split + total; k++) continuity = fmax(continuity, fabs(r[k]) / strain);
     free(r);
@@ -286,8 +286,7 @@ static int vortex_build(scene *s, double h, double re, int body)
         if (body == 2 && d) s->grid_desc.hi[d] = -(s->grid_desc.lo[d] = -2.0);
     }
     s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = body ? 0 : -1;
-    s->grid_desc.wall = -1;
+    s->grid_desc.solid = body ? &s->shapes[0] : NULL;
     if (body) {
         s->grid_desc.side[0] = PD_SIDE_INLET;
         s->grid_desc.side[1] = PD_SIDE_OUTLET;
@@ -328,7 +327,6 @@ static double inlet_error(int n)
     sd.h[0] = sd.h[1] = 1.0 / n;
     s->grid_desc.hi[0] = s->grid_desc.hi[1] = 1.0;
     s->grid_desc.shapes = s->shapes;
-    s->grid_desc.solid = s->grid_desc.wall = -1;
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
     s->grid_desc.side[2] = s->grid_desc.side[3] = PD_SIDE_PERIODIC;

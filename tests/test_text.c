@@ -21,7 +21,7 @@ static const char sample[] =
 static pd_status load(pd_ctx *ctx, const char *bytes, pd_text *text)
 {
     pd_ctx_init(ctx);
-    return pd_text_build(ctx, "pin.scene", bytes, strlen(bytes), text);
+    return pdi_text_build(ctx, "pin.scene", bytes, strlen(bytes), text);
 }
 
 static void check_message(const pd_ctx *ctx, const char *part, const char *part2)
@@ -32,14 +32,14 @@ static void check_message(const pd_ctx *ctx, const char *part, const char *part2
 
 static void leave(pd_ctx *ctx, pd_text *text)
 {
-    pd_text_free(ctx, text);
-    pd_text_free(ctx, text);
+    pdi_text_free(ctx, text);
+    pdi_text_free(ctx, text);
     CHECK_INT(ctx->in_use, 0);
 }
 
 static int at(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
-    return pd_text_section(ctx, text, name, label);
+    return pdi_text_section(ctx, text, name, label);
 }
 
 /* Every pair of the sample, in order. */
@@ -80,7 +80,7 @@ TEST(pairs_of_the_sample)
     pd_text text;
     if (!CHECK_OK(&ctx, load(&ctx, sample, &text))) return;
     CHECK_INT(text.entry_count, count);
-    CHECK(!pd_text_flat(&text));
+    CHECK(!pdi_text_flat(&text));
     for (int k = 0; k < count && k < text.entry_count; k++) {
         const pd_text_entry *e = &text.entry[k];
         CHECK_STR(text.section[e->section].name, expected[k][0]);
@@ -109,46 +109,46 @@ TEST(values_of_the_sample)
     text.consts = consts;
     text.const_count = 1;
     int grid = at(&ctx, &text, "grid", NULL), pin = at(&ctx, &text, "shape", "pin");
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 5e-6, 0);
-    CHECK_OK(&ctx, pd_text_integer(&ctx, &text, grid, "m", 1, 6, NULL, &count));
+    CHECK_OK(&ctx, pdi_text_integer(&ctx, &text, grid, "m", 1, 6, NULL, &count));
     CHECK_INT(count, 3);
-    CHECK_OK(&ctx, pd_text_ranges(&ctx, &text, grid, "box", "m", NULL, 3, low, high, &count));
+    CHECK_OK(&ctx, pdi_text_ranges(&ctx, &text, grid, "box", "m", NULL, 3, low, high, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(low[0], -500e-6, 0);
     CHECK_NEAR(high[0], 900e-6, 0);
     CHECK_NEAR(low[1], -150e-6, 0);
     CHECK_NEAR(high[1], 150e-6, 0);
-    CHECK_OK(&ctx, pd_text_ranges(&ctx, &text, pin, "box", "m", NULL, 3, low, high, &count));
+    CHECK_OK(&ctx, pdi_text_ranges(&ctx, &text, pin, "box", "m", NULL, 3, low, high, &count));
     CHECK_NEAR(low[0], 0, 0);
     CHECK_NEAR(high[0], 400e-6, 0);
-    CHECK_OK(&ctx, pd_text_choice(&ctx, &text, pin, "kind", kinds, NULL, &index));
+    CHECK_OK(&ctx, pdi_text_choice(&ctx, &text, pin, "kind", kinds, NULL, &index));
     CHECK_INT(index, 1);
-    CHECK_OK(&ctx, pd_text_string(&ctx, &text, pin, "material", NULL, &material));
+    CHECK_OK(&ctx, pdi_text_string(&ctx, &text, pin, "material", NULL, &material));
     CHECK_STR(material, "mg4ag");
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "C", "mol/m3", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "C", "mol/m3", NULL, &value));
     CHECK_NEAR(value, 0, 0);
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "run", NULL), "until", "s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "run", NULL), "until", "s", NULL, &value));
     CHECK_NEAR(value, 32400, 0);
-    CHECK_OK(&ctx, pd_text_words(&ctx, &text, at(&ctx, &text, "output", NULL), "fields", NULL, &words));
+    CHECK_OK(&ctx, pdi_text_words(&ctx, &text, at(&ctx, &text, "output", NULL), "fields", NULL, &words));
     CHECK_INT(words.count, 5);
     CHECK_STR(words.word[0], "C");
     CHECK_STR(words.word[4], "grain");
-    CHECK_OK(&ctx, pd_text_numbers(&ctx, &text, at(&ctx, &text, "probe", "a"), "at", "m", NULL, 3, where, &count));
+    CHECK_OK(&ctx, pdi_text_numbers(&ctx, &text, at(&ctx, &text, "probe", "a"), "at", "m", NULL, 3, where, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(where[1], 60e-6, 0);
-    CHECK_OK(&ctx, pd_text_expr(&ctx, &text, at(&ctx, &text, "dissolve", NULL), "law", NULL, vars, 1, NULL, &law));
+    CHECK_OK(&ctx, pdi_text_expr(&ctx, &text, at(&ctx, &text, "dissolve", NULL), "law", NULL, vars, 1, NULL, &law));
     value = 500;
-    CHECK_REL(pd_expr_eval(&law, &value), 0.75e-3, 1e-15);
-    pd_expr_free(&ctx, &law);
+    CHECK_REL(pdi_expr_eval(&law, &value), 0.75e-3, 1e-15);
+    pdi_expr_free(&ctx, &law);
     /* defaults are text too */
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "depth", "m", "2 mm", &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "depth", "m", "2 mm", &value));
     CHECK_NEAR(value, 2e-3, 0);
-    CHECK_OK(&ctx, pd_text_bool(&ctx, &text, grid, "axisymmetric", "no", &yes));
+    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, grid, "axisymmetric", "no", &yes));
     CHECK_INT(yes, 0);
-    CHECK(pd_text_has(&ctx, &text, grid, "h") && !pd_text_has(&ctx, &text, grid, "q"));
-    CHECK(pd_text_has(&ctx, &text, at(&ctx, &text, "flow", NULL), NULL));
-    CHECK(!pd_text_has(&ctx, &text, at(&ctx, &text, "solid", NULL), NULL));
+    CHECK(pdi_text_has(&ctx, &text, grid, "h") && !pdi_text_has(&ctx, &text, grid, "q"));
+    CHECK(pdi_text_has(&ctx, &text, at(&ctx, &text, "flow", NULL), NULL));
+    CHECK(!pdi_text_has(&ctx, &text, at(&ctx, &text, "solid", NULL), NULL));
     leave(&ctx, &text);
 }
 
@@ -163,28 +163,28 @@ TEST(lists_and_words)
     CHECK_OK(&ctx, load(&ctx, "[a] v = 1 1/s*min(y, 1 m), 0, -2 m/s  on = on b1 = true b2 = off,b3=false\n"
                               "n = min(1, 2), max(3,4) w = x-, y+,z_1.vti\n", &text));
     int a = at(&ctx, &text, "a", NULL);
-    CHECK_OK(&ctx, pd_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 3, v, &count));
+    CHECK_OK(&ctx, pdi_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 3, v, &count));
     CHECK_INT(count, 3);
-    CHECK_NEAR(pd_expr_eval(&v[0], &y), 1, 0);
-    CHECK_NEAR(pd_expr_eval(&v[2], &y), -2, 0);
-    for (int k = 0; k < count; k++) pd_expr_free(&ctx, &v[k]);
-    CHECK_INT(pd_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 2, v, &count), PD_ERR_PARSE);
+    CHECK_NEAR(pdi_expr_eval(&v[0], &y), 1, 0);
+    CHECK_NEAR(pdi_expr_eval(&v[2], &y), -2, 0);
+    for (int k = 0; k < count; k++) pdi_expr_free(&ctx, &v[k]);
+    CHECK_INT(pdi_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 2, v, &count), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: column 29: found ','", "at most 2 items");
     CHECK_INT(count, 0);
-    CHECK_OK(&ctx, pd_text_bool(&ctx, &text, a, "on", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "on", NULL, &yes));
     CHECK_INT(yes, 1);
-    CHECK_OK(&ctx, pd_text_bool(&ctx, &text, a, "b1", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b1", NULL, &yes));
     CHECK_INT(yes, 1);
-    CHECK_OK(&ctx, pd_text_bool(&ctx, &text, a, "b2", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b2", NULL, &yes));
     CHECK_INT(yes, 0);
-    CHECK_OK(&ctx, pd_text_bool(&ctx, &text, a, "b3", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b3", NULL, &yes));
     CHECK_INT(yes, 0);
-    CHECK_OK(&ctx, pd_text_numbers(&ctx, &text, a, "n", "", NULL, 4, number, &count));
+    CHECK_OK(&ctx, pdi_text_numbers(&ctx, &text, a, "n", "", NULL, 4, number, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(number[0], 1, 0);
     CHECK_NEAR(number[1], 4, 0);
     pd_word_list words;
-    CHECK_OK(&ctx, pd_text_words(&ctx, &text, a, "w", NULL, &words));
+    CHECK_OK(&ctx, pdi_text_words(&ctx, &text, a, "w", NULL, &words));
     CHECK_INT(words.count, 3);
     CHECK_STR(words.word[0], "x-");
     CHECK_STR(words.word[2], "z_1.vti");
@@ -211,22 +211,22 @@ TEST(flat_files)
     const char *dir;
     CHECK_OK(&ctx, load(&ctx, "\xEF\xBB\xBF# pin\ndx = 5e-6\nQ_flow = 1.667e-8 # 1 mL/min\noutput_dir = out/a b\n"
                               "R_wire = 40 um\nT_final = 9 m", &text));
-    CHECK(pd_text_flat(&text));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
+    CHECK(pdi_text_flat(&text));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
     CHECK_NEAR(value, 5e-6, 0);
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, 0, "Q_flow", "m3/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "Q_flow", "m3/s", NULL, &value));
     CHECK_NEAR(value, 1.667e-8, 0);
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, 0, "R_wire", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "R_wire", "m", NULL, &value));
     CHECK_NEAR(value, 40e-6, 0);
-    CHECK_OK(&ctx, pd_text_string(&ctx, &text, 0, "output_dir", NULL, &dir));
+    CHECK_OK(&ctx, pdi_text_string(&ctx, &text, 0, "output_dir", NULL, &dir));
     CHECK_STR(dir, "out/a b");
-    CHECK_INT(pd_text_number(&ctx, &text, 0, "T_final", "s", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_number(&ctx, &text, 0, "T_final", "s", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:6: column 11", "found a length [m], expected a time [s]");
-    CHECK_INT(pd_text_number(&ctx, &text, 0, "L_wire", "m", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_number(&ctx, &text, 0, "L_wire", "m", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found no 'L_wire' in the file", "expected L_wire = a length [m]");
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "", &text));
-    CHECK(pd_text_flat(&text));
+    CHECK(pdi_text_flat(&text));
     leave(&ctx, &text);
 }
 
@@ -268,7 +268,7 @@ static void check_number(const char *bytes, const char *unit, const char *part, 
     pd_text text;
     double value;
     CHECK_OK(&ctx, load(&ctx, bytes, &text));
-    CHECK_INT(pd_text_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "h", unit, NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "h", unit, NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, part, part2);
     leave(&ctx, &text);
 }
@@ -290,29 +290,29 @@ TEST(value_errors)
     CHECK_OK(&ctx, load(&ctx, "[a] i = 2.5 j = 9 k = inlte b = maybe r = 1 um .. 0 q = 1 um - 2 um t = 1...2 w = a b\n"
                               "u = 0 .. 1 um, 0 .. 1 um, 0 .. 1 um d = 1e-3 um, z = 40 .. 80 um", &text));
     int a = at(&ctx, &text, "a", NULL);
-    CHECK_INT(pd_text_integer(&ctx, &text, a, "i", 1, 6, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_integer(&ctx, &text, a, "i", 1, 6, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "column 9: found 2.5", "a whole number from 1 to 6");
-    CHECK_INT(pd_text_integer(&ctx, &text, a, "j", 1, 6, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_integer(&ctx, &text, a, "j", 1, 6, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 9", "a whole number from 1 to 6");
-    CHECK_INT(pd_text_choice(&ctx, &text, a, "k", kinds, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_choice(&ctx, &text, a, "k", kinds, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 'inlte'", "expected one of inlet, outlet, noslip: did you mean 'inlet'?");
-    CHECK_INT(pd_text_bool(&ctx, &text, a, "b", NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_bool(&ctx, &text, a, "b", NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 'maybe'", "expected one of no, yes");
-    CHECK_INT(pd_text_ranges(&ctx, &text, a, "r", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "r", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found a range from 1e-06 to 0", "expected its start below its end");
-    CHECK_INT(pd_text_ranges(&ctx, &text, a, "q", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "q", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found the end", "expected '..'");
-    CHECK_INT(pd_text_ranges(&ctx, &text, a, "t", "", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "t", "", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: column", "two dots with blanks");
-    CHECK_INT(pd_text_ranges(&ctx, &text, a, "u", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "u", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:2: column 25: found ','", "at most 2 items");
-    CHECK_INT(pd_text_ranges(&ctx, &text, a, "z", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "z", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found a number without unit", "expected a length [m]");
     pd_word_list words;
-    CHECK_INT(pd_text_words(&ctx, &text, a, "w", NULL, &words), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_words(&ctx, &text, a, "w", NULL, &words), PD_ERR_PARSE);
     check_message(&ctx, "found 'b'", "expected ',' or the end");
-    CHECK_INT(pd_text_integer(&ctx, &text, -1, "i", 1, 6, NULL, &n), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_text_refuse(&ctx, &text, a, "d", "found %g m, expected at least %g m", 1e-9, 1e-6), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_text_integer(&ctx, &text, -1, "i", 1, 6, NULL, &n), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_text_refuse(&ctx, &text, a, "d", "found %g m, expected at least %g m", 1e-9, 1e-6), PD_ERR_ARGUMENT);
     CHECK_STR(ctx.message, "pin.scene:2: d: found 1e-09 m, expected at least 1e-06 m");
     leave(&ctx, &text);
 }
@@ -326,29 +326,29 @@ TEST(unused_keys_and_sections)
                               "[gird]\n[flwo] mu = 1 Pa s", &text));
     int grid = at(&ctx, &text, "grid", NULL), n;
     static const char *const kinds[] = {"inlet", NULL};
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "h2", "m", "1 m", &value));
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h2", "m", "1 m", &value));
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:2: found the unknown key 'hh' in [grid]", "expected one of h, h2: did you mean 'h");
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "hh", "m", NULL, &value));
-    CHECK_OK(&ctx, pd_text_choice(&ctx, &text, at(&ctx, &text, "side", "x-"), "flow", kinds, NULL, &n));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", "1 m/s", &value));
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "hh", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_choice(&ctx, &text, at(&ctx, &text, "side", "x-"), "flow", kinds, NULL, &n));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", "1 m/s", &value));
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:4: found 'mean' in [side x+]", "no effect");
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "side", "x+"), "mean", "m/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x+"), "mean", "m/s", NULL, &value));
     CHECK(at(&ctx, &text, "flow", NULL) >= 0);
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:6: found the section [flwo]",
                   "expected one of grid, side, flow: did you mean 'flow'?");
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "flwo", NULL), "mu", "Pa s", NULL, &value));
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "flwo", NULL), "mu", "Pa s", NULL, &value));
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:5: found the section [gird]", "did you mean 'grid'?");
-    CHECK(pd_text_next(&ctx, &text, "gird", -1) >= 0);
-    CHECK_OK(&ctx, pd_text_unused(&ctx, &text));
+    CHECK(pdi_text_next(&ctx, &text, "gird", -1) >= 0);
+    CHECK_OK(&ctx, pdi_text_unused(&ctx, &text));
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "k = 1\n[grid]", &text));
     CHECK(at(&ctx, &text, "grid", NULL) >= 0);
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found the unknown key 'k' in the lines before the first section", "no key there");
     leave(&ctx, &text);
 }
@@ -358,15 +358,15 @@ TEST(sections_in_order)
     pd_ctx ctx;
     pd_text text;
     CHECK_OK(&ctx, load(&ctx, "[shape b] r = 1 um\n[grid]\n[shape a] r = 2 um\n[shape b] k = 3\n", &text));
-    int s = pd_text_next(&ctx, &text, "shape", -1);
+    int s = pdi_text_next(&ctx, &text, "shape", -1);
     if (!CHECK(s >= 0)) return;
     CHECK_STR(text.section[s].label, "b");
-    CHECK(pd_text_has(&ctx, &text, s, "r") && pd_text_has(&ctx, &text, s, "k"));
-    s = pd_text_next(&ctx, &text, "shape", s);
+    CHECK(pdi_text_has(&ctx, &text, s, "r") && pdi_text_has(&ctx, &text, s, "k"));
+    s = pdi_text_next(&ctx, &text, "shape", s);
     if (!CHECK(s >= 0)) return;
     CHECK_STR(text.section[s].label, "a");
-    CHECK_INT(pd_text_next(&ctx, &text, "shape", s), -1);
-    CHECK_INT(pd_text_next(&ctx, &text, "probe", -1), -1);
+    CHECK_INT(pdi_text_next(&ctx, &text, "shape", s), -1);
+    CHECK_INT(pdi_text_next(&ctx, &text, "probe", -1), -1);
     leave(&ctx, &text);
 }
 
@@ -377,51 +377,51 @@ TEST(overrides)
     double value;
     CHECK_OK(&ctx, load(&ctx, sample, &text));
     int grid = at(&ctx, &text, "grid", NULL), run = at(&ctx, &text, "run", NULL);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "h=2 um"));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "h=2 um"));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 2e-6, 0);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, " grid.h = 3um "));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, " grid.h = 3um "));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 3e-6, 0);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "side.x-.mean=1 m/s"));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "side.x-.mean=1 m/s"));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
     CHECK_NEAR(value, 20e-6, 0);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "run.first=1 s")); /* not in the file */
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, run, "first", "s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "run.first=1 s")); /* not in the file */
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, run, "first", "s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "grid.h=x"));
-    CHECK_INT(pd_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "grid.h=x"));
+    CHECK_INT(pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "command line: column 8: found 'x'", "expected a constant");
-    CHECK_INT(pd_text_override(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'untli', which no section of pin.scene has",
                   "expected section.key: did you mean 'until'?");
-    CHECK_INT(pd_text_override(&ctx, &text, "fields=C"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "fields=C"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'fields'", "expected one of output.fields, probe.a.fields");
-    CHECK_INT(pd_text_override(&ctx, &text, "side.C=0"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "side.C=0"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found 'side.C'", "side.x-.C, side.x+.C, side.y-.C, side.y+.C");
-    CHECK_INT(pd_text_override(&ctx, &text, "side.z-.C=0"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "side.z-.C=0"), PD_ERR_PARSE);
     check_message(&ctx, "found the section [side z-]", "its labels: x-, x+, y-, y+");
-    CHECK_INT(pd_text_override(&ctx, &text, "h"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "h"), PD_ERR_PARSE);
     check_message(&ctx, "command line: column 2: found the end", "expected key=value");
-    CHECK_INT(pd_text_override(&ctx, &text, "h="), PD_ERR_PARSE);
-    CHECK_INT(pd_text_override(&ctx, &text, "=3"), PD_ERR_PARSE);
-    CHECK_INT(pd_text_override(&ctx, &text, "a.b.c.d=3"), PD_ERR_PARSE);
-    CHECK_INT(pd_text_override(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
-    CHECK_INT(pd_text_override(&ctx, &text, ""), PD_ERR_PARSE);
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "gird.h=3 um")); /* found by pd_text_unused */
+    CHECK_INT(pdi_text_override(&ctx, &text, "h="), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "a.b.c.d=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_override(&ctx, &text, ""), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_unused */
     for (int k = 0; k < text.entry_count - 1; k++) text.entry[k].used = 1;
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the section [gird]", "did you mean 'grid'?");
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "dx = 5e-6\n", &text));
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "dx=1e-6"));
-    CHECK_OK(&ctx, pd_text_override(&ctx, &text, "dy=2e-6"));
-    CHECK_OK(&ctx, pd_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "dx=1e-6"));
+    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "dy=2e-6"));
+    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
     CHECK_NEAR(value, 1e-6, 0);
-    CHECK_INT(pd_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the unknown key 'dy' in the file", "did you mean 'dx'?");
     leave(&ctx, &text);
 }
@@ -436,11 +436,11 @@ TEST(files_are_read)
     fputs(sample, f);
     fclose(f);
     pd_ctx_init(&ctx);
-    CHECK_OK(&ctx, pd_text_read(&ctx, path, &text));
+    CHECK_OK(&ctx, pdi_text_read(&ctx, path, &text));
     CHECK_INT(text.entry_count, 29);
     leave(&ctx, &text);
     remove(path);
-    CHECK_INT(pd_text_read(&ctx, path, &text), PD_ERR_FILE);
+    CHECK_INT(pdi_text_read(&ctx, path, &text), PD_ERR_FILE);
     leave(&ctx, &text);
 }
 
@@ -453,24 +453,24 @@ TEST(limits)
     if (!CHECK(bytes != NULL)) return;
     pd_ctx_init(&ctx);
     memset(bytes, ' ', size);
-    CHECK_INT(pd_text_build(&ctx, "big", bytes, size, &text), PD_ERR_SIZE);
+    CHECK_INT(pdi_text_build(&ctx, "big", bytes, size, &text), PD_ERR_SIZE);
     leave(&ctx, &text);
-    CHECK_OK(&ctx, pd_text_build(&ctx, "big", bytes, size - 1, &text));
+    CHECK_OK(&ctx, pdi_text_build(&ctx, "big", bytes, size - 1, &text));
     leave(&ctx, &text);
     memcpy(bytes, "k = ", 4);
-    CHECK_INT(pd_text_build(&ctx, "big", bytes, size - 1, &text), PD_ERR_PARSE); /* no value */
+    CHECK_INT(pdi_text_build(&ctx, "big", bytes, size - 1, &text), PD_ERR_PARSE); /* no value */
     memset(bytes + 4, '1', size - 4);
     double value;
-    CHECK_OK(&ctx, pd_text_build(&ctx, "big", bytes, size - 1, &text));
-    CHECK_INT(pd_text_number(&ctx, &text, 0, "k", "", NULL, &value), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_build(&ctx, "big", bytes, size - 1, &text));
+    CHECK_INT(pdi_text_number(&ctx, &text, 0, "k", "", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "big:1: column 5: found an expression of more than 4096", "shorter");
     leave(&ctx, &text);
     for (int k = 0; k <= PD_TEXT_ENTRIES; k++) used += (size_t)sprintf(bytes + used, "[s a%d]\n", k);
-    CHECK_INT(pd_text_build(&ctx, "many", bytes, used, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_build(&ctx, "many", bytes, used, &text), PD_ERR_PARSE);
     check_message(&ctx, "more than 4096 sections", "many:4");
     used = 0;
     for (int k = 0; k <= PD_TEXT_ENTRIES; k++) used += (size_t)sprintf(bytes + used, "k%d = 1 ", k);
-    CHECK_INT(pd_text_build(&ctx, "many", bytes, used, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_build(&ctx, "many", bytes, used, &text), PD_ERR_PARSE);
     check_message(&ctx, "many:1: found more than 4096 pairs", "expected fewer");
     CHECK_INT(ctx.in_use, 0);
     free(bytes);
@@ -488,16 +488,16 @@ static int read_all(pd_ctx *ctx, pd_text *text)
         for (int k = 0; k < text->entry_count; k++) {
             if (text->entry[k].section != s) continue;
             const char *key = text->entry[k].key;
-            good += pd_text_number(ctx, text, s, key, "m", NULL, &value) == PD_OK;
-            good += pd_text_ranges(ctx, text, s, key, "m", NULL, 3, low, high, &count) == PD_OK;
-            good += pd_text_words(ctx, text, s, key, NULL, &words) == PD_OK;
-            good += pd_text_bool(ctx, text, s, key, NULL, &count) == PD_OK;
-            if (pd_text_exprs(ctx, text, s, key, NULL, vars, 2, NULL, 3, expr, &count) == PD_OK) {
+            good += pdi_text_number(ctx, text, s, key, "m", NULL, &value) == PD_OK;
+            good += pdi_text_ranges(ctx, text, s, key, "m", NULL, 3, low, high, &count) == PD_OK;
+            good += pdi_text_words(ctx, text, s, key, NULL, &words) == PD_OK;
+            good += pdi_text_bool(ctx, text, s, key, NULL, &count) == PD_OK;
+            if (pdi_text_exprs(ctx, text, s, key, NULL, vars, 2, NULL, 3, expr, &count) == PD_OK) {
                 good++;
-                while (count > 0) pd_expr_free(ctx, &expr[--count]);
+                while (count > 0) pdi_expr_free(ctx, &expr[--count]);
             }
         }
-    good += pd_text_unused(ctx, text) == PD_OK;
+    good += pdi_text_unused(ctx, text) == PD_OK;
     return good;
 }
 
@@ -506,12 +506,12 @@ static void hostile(const char *bytes, size_t size, int *good, int *bad)
     pd_ctx ctx;
     pd_text text;
     pd_ctx_init(&ctx);
-    pd_status status = pd_text_build(&ctx, "f", bytes, size, &text);
+    pd_status status = pdi_text_build(&ctx, "f", bytes, size, &text);
     if (status == PD_OK) *good += read_all(&ctx, &text);
     else ++*bad;
     if (status != PD_OK && !(status == PD_ERR_PARSE && strncmp(ctx.message, "f:", 2) == 0))
         CHECK_STR(ctx.message, "f:line: ...");
-    pd_text_free(&ctx, &text);
+    pdi_text_free(&ctx, &text);
     if (ctx.in_use != 0) CHECK_INT(ctx.in_use, 0);
 }
 
@@ -561,10 +561,10 @@ TEST(binary_garbage)
         pd_text text;
         if (CHECK_OK(&ctx, load(&ctx, sample, &text))) {
             bytes[size < 256 ? size : 255] = '\0';
-            pd_status status = pd_text_override(&ctx, &text, bytes);
+            pd_status status = pdi_text_override(&ctx, &text, bytes);
             if (status != PD_OK) CHECK_INT(status, PD_ERR_PARSE);
         }
-        pd_text_free(&ctx, &text);
+        pdi_text_free(&ctx, &text);
         if (ctx.in_use != 0) CHECK_INT(ctx.in_use, 0);
     }
     CHECK(bad > 1000);
@@ -593,13 +593,13 @@ TEST(allocation_failures)
         pd_ctx_init(&ctx);
         ctx.alloc.fn = failing_realloc;
         failing_left = n;
-        pd_status status = pd_text_build(&ctx, "pin", sample, sizeof sample - 1, &text);
-        if (status == PD_OK) status = pd_text_override(&ctx, &text, "new.key=3");
+        pd_status status = pdi_text_build(&ctx, "pin", sample, sizeof sample - 1, &text);
+        if (status == PD_OK) status = pdi_text_override(&ctx, &text, "new.key=3");
         if (status == PD_OK) {
-            int s = pd_text_section(&ctx, &text, "output", NULL), extra = pd_text_section(&ctx, &text, "none", NULL);
-            status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pd_text_words(&ctx, &text, s, "fields", NULL, &words);
+            int s = pdi_text_section(&ctx, &text, "output", NULL), extra = pdi_text_section(&ctx, &text, "none", NULL);
+            status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_words(&ctx, &text, s, "fields", NULL, &words);
         }
-        pd_text_free(&ctx, &text);
+        pdi_text_free(&ctx, &text);
         CHECK_INT(ctx.in_use, 0);
         if (status == PD_OK) break;
         CHECK_INT(status, PD_ERR_MEMORY);

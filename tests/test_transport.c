@@ -29,7 +29,7 @@ static scene *scene_start(int x, int y, int z)
 static void uniform_flow(scene *s, int axis, double speed)
 {
     for (int32_t i = 0; i < s->grid.total; i++) s->flow.u[(int64_t)axis * s->grid.total + i] = speed;
-    pd_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_prepare(&s->ctx, &s->flow);
 }
 
 static void channel(scene *s, int axis)
@@ -548,7 +548,7 @@ TEST(bounded_around_a_disc)
         s->shapes[0].r = 4.2 * H;
         s->shapes[0].a[0] = 14.0 * H;
         s->shapes[0].a[1] = 9.0 * H;
-        s->grid_desc.wall = 0;
+        s->grid_desc.wall = &s->shapes[0];
         s->flow_desc.inlet = plug;
         s->transport_desc.advection = advection ? PD_ADVECTION_UPWIND : PD_ADVECTION_LIMITED;
         s->transport_desc.inlet = 1.0;

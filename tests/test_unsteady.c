@@ -168,7 +168,7 @@ static pd_status bounds_build(run *r, double m, int surfaces, double nu)
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].r = 2.3;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d ? 4.4 : 9.7;
-    if (surfaces) s->grid_desc.wall = 0;
+    if (surfaces) s->grid_desc.wall = &s->shapes[0];
     for (int d = 0; d < 2 * PD_DIM; d++) s->grid_desc.side[d] = surfaces ? PD_SIDE_WALL : PD_SIDE_PERIODIC;
     s->with = WITH_FLOW;
     s->flow_desc.rho = s->flow_desc.speed = s->flow_desc.length = ud.sound = 1.0;

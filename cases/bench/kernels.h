@@ -47,7 +47,7 @@ static void kernels_diffuse(void *user)
 static void kernels_residual(void *user)
 {
     kernels *k = (kernels *)user;
-    pd_flow_residual(k->ctx, &k->lab.flow, k->vector, k->g);
+    pdi_flow_residual(k->ctx, &k->lab.flow, k->vector, k->g);
 }
 
 /* As a Newton step needs it: gradient of the pressure, advecting, both convective terms. */
@@ -81,7 +81,7 @@ static void kernels_limiter(void *user)
 static void kernels_cycle(void *user)
 {
     kernels *k = (kernels *)user;
-    pd_multigrid_cycle(k->ctx, &k->pressure, k->f, k->g);
+    pdi_multigrid_cycle(k->ctx, &k->pressure, k->f, k->g);
 }
 
 static void kernels_ghosts(void *user)
@@ -108,7 +108,7 @@ static void kernels_free(kernels *k)
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
     pdi_jacobian_free(k->ctx, &k->jacobian);
-    pd_multigrid_free(k->ctx, &k->pressure);
+    pdi_multigrid_free(k->ctx, &k->pressure);
     pdi_compact_free(k->ctx, &k->compact);
     triad_free(k->ctx, &k->triad);
     lab_free(k->ctx, &k->lab);
@@ -133,7 +133,7 @@ static void kernels_fields(kernels *k)
         k->f[i] = k->lab.flow.p[i] = kernels_wave(x, 0);
         k->lab.transport.c[i] = 2.0 + k->f[i];
     }
-    pd_flow_prepare(k->ctx, &k->lab.flow);
+    pdi_flow_prepare(k->ctx, &k->lab.flow);
 }
 
 /* The cycle of the pressure as the steady solver builds it. */
@@ -149,9 +149,9 @@ static pd_status kernels_multigrid(kernels *k)
     desc.symmetric = 1;
     PDI_TRY(pdi_compact_build(k->ctx, grid, 0, &k->compact));
     pdi_compact_fill(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
-    PDI_TRY(pd_multigrid_build(k->ctx, &desc, &k->pressure));
-    return pd_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,
-                              k->compact.wall, k->compact.mass);
+    PDI_TRY(pdi_multigrid_build(k->ctx, &desc, &k->pressure));
+    return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,
+                               k->compact.wall, k->compact.mass);
 }
 
 static pd_status kernels_build(bench *b, kernels *k, int n, double m)

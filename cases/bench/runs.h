@@ -12,12 +12,12 @@ static pd_status runs_open(bench *b, const char *scene, const char *const *overr
     memset(model, 0, sizeof *model);
     PDI_TRY(pd_file_join(b->ctx, b->scenes, scene, path));
     PDI_TRY(pd_scene_read(b->ctx, path, overrides, count, setup));
-    return pd_model_build(b->ctx, setup, model);
+    return pdi_model_build(b->ctx, setup, model);
 }
 
 static void runs_close(bench *b, pd_setup *setup, pd_model *model)
 {
-    pd_model_free(b->ctx, model);
+    pdi_model_free(b->ctx, model);
     pd_setup_free(b->ctx, setup);
 }
 
@@ -82,7 +82,7 @@ static int scene_observe(void *user, const pd_couple *couple)
 {
     scene_watch *w = (scene_watch *)user;
     (void)couple;
-    pd_observe(w->ctx, w->model, w->seen);
+    pdi_observe(w->ctx, w->model, w->seen);
     return 0;
 }
 
@@ -92,7 +92,7 @@ static pd_status scene_steps(bench *b, pd_model *model, pd_observables *seen)
     watch.ctx = b->ctx;
     watch.model = model;
     watch.seen = seen;
-    PDI_TRY(pd_observe_build(b->ctx, model, seen));
+    PDI_TRY(pdi_observe_build(b->ctx, model, seen));
     return pd_couple_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
 }
 
@@ -148,7 +148,7 @@ static pd_status scene_once(bench *b, const scene_run *s)
     pd_status status = runs_open(b, s->scene, overrides, count, &setup, &model);
     if (status >= 0) status = scene_steps(b, &model, &seen);
     if (status >= 0) scene_note(b, s, &model, &seen, wall_seconds() - wall, cpu_seconds() - cpu);
-    pd_observe_free(b->ctx, &seen);
+    pdi_observe_free(b->ctx, &seen);
     runs_close(b, &setup, &model);
     return status;
 }
@@ -285,7 +285,7 @@ static pd_status counts_transport_step(bench *b, val_lab *lab, int n, pd_advecti
         flow_profile(&mean, x, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
     }
-    pd_flow_prepare(b->ctx, &lab->flow);
+    pdi_flow_prepare(b->ctx, &lab->flow);
     return pd_transport_implicit(b->ctx, &lab->transport, courant * 2.0 * FLOW_HALF / mean, result);
 }
 

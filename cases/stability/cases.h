@@ -99,7 +99,7 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     lab->transport_desc.advection = PD_ADVECTION_UPWIND;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, x);
-    pd_flow_prepare(ctx, &lab->flow);
+    pdi_flow_prepare(ctx, &lab->flow);
     pd_transport *t = &lab->transport;
     int32_t middle = stab_middle(&lab->grid);
     PDI_TRY(pd_transport_update(ctx, t));
@@ -301,7 +301,7 @@ static pd_status stab_advance(pd_ctx *ctx, val_lab *lab, double m, double x, sta
     lab->transport_desc.diffusivity = 1.0;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, 100.0);
-    pd_flow_prepare(ctx, &lab->flow);
+    pdi_flow_prepare(ctx, &lab->flow);
     PDI_TRY(pd_transport_update(ctx, &lab->transport));
     PDI_TRY(pdi_flux_refresh(ctx, &lab->transport.flux));
     stab_noise(lab->transport.c, &lab->grid, 2.0, 1.0);

@@ -56,8 +56,8 @@ static void annulus_lab(val_job *job, double length, double along, double *kappa
     lab->grid_desc.side[0] = PD_SIDE_INLET;
     lab->grid_desc.side[1] = PD_SIDE_OUTLET;
     lab->grid_desc.side[2] = PD_SIDE_MIRROR;
-    lab->grid_desc.solid = 0;
-    lab->grid_desc.wall = 2;
+    lab->grid_desc.solid = &lab->shapes[0];
+    lab->grid_desc.wall = &lab->shapes[2];
     lab->shapes[0].type = lab->shapes[1].type = PD_SHAPE_CYLINDER;
     lab->shapes[0].r = *kappa * outer;
     lab->shapes[1].r = outer;

@@ -165,7 +165,7 @@ static pd_status clock_dissolve_run(val_job *job)
     val_law law = {5e-6, 1.0};
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     lab->grid_desc.side[2] = lab->grid_desc.side[3] = PD_SIDE_PERIODIC;
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].a[0] = 0.5;
     lab->shapes[0].b[0] = 1.0;

@@ -124,7 +124,7 @@ static pd_status crevice_build(val_job *job)
     lab->grid_desc.lo[1] = -CREVICE_METAL;
     lab->grid_desc.hi[1] = CREVICE_MOUTH;
     for (int side = 0; side < 4; side++) lab->grid_desc.side[side] = side ? PD_SIDE_MIRROR : PD_SIDE_WALL;
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].b[0] = -(CREVICE_MOUTH - CREVICE_END);
     lab->shapes[0].b[1] = CREVICE_LENGTH;

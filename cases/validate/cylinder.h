@@ -68,7 +68,7 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     lab->grid_desc.hi[0] = CYLINDER_LENGTH;
     lab->grid_desc.side[0] = PD_SIDE_INLET;
     lab->grid_desc.side[1] = PD_SIDE_OUTLET;
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_DIM == 2 ? PD_SHAPE_BALL : PD_SHAPE_CYLINDER;
     lab->shapes[0].axis = 2;
     lab->shapes[0].r = 0.5 * CYLINDER_D;

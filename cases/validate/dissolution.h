@@ -52,7 +52,7 @@ static pd_status rate_front(val_job *job, const int *direction, double *error)
     int ones = 0, n = job->level.n, band = n / 5, lines = 1;
     memset(lab, 0, sizeof *lab);
     lab_box(lab, RATE_EDGE / n, job->level.m, 0.0, RATE_EDGE);
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     for (int d = 0; d < PD_DIM; d++) {
         lab->shapes[0].a[d] = direction[d] ? 0.55 * RATE_EDGE : 0.0;
@@ -136,7 +136,7 @@ static void ledger_scene(val_job *job, val_law *law)
     val_lab *lab = job->lab;
     double um = 1e-6;
     flow_channel(lab, 300.0 * um / job->level.n, job->level.m, -75.0 * um, 150.0 * um, &ledger_mean, 1e-6);
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->shapes[0].b[0] = 75.0 * um;
     for (int d = 1; d < PD_DIM; d++) {
@@ -152,7 +152,7 @@ static void ledger_scene(val_job *job, val_law *law)
     val_lab *lab = job->lab;
     lab_box(lab, 300e-6 / job->level.n, job->level.m, 0.0, 300e-6);
     lab->grid_desc.side[0] = PD_SIDE_INLET;
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].a[0] = 150e-6;
     lab->shapes[0].b[0] = -1.0;
@@ -164,7 +164,8 @@ static pd_status ledger_run(val_job *job)
 {
     val_lab *lab = job->lab;
     val_law law = {0.0, 1000.0};
-    pd_material metal = pd_material_mg4ag();
+    pd_material metal;
+    if (!pd_material_find("mg4ag", &metal)) return PD_ERR_ARGUMENT;
     ledger_scene(job, &law);
     lab->transport_desc.diffusivity = 1e-9;
     lab->dissolve_desc.solid = pd_material_concentration(&metal);

@@ -152,12 +152,12 @@ static void flux_errors(val_job *job)
     }
     int up = first / 2, down = (last + 1 + lab->grid.n[0]) / 2;
     double before = pd_flow_section(job->ctx, &lab->flow, 0, up);
-    double layer_up = pd_flow_section_nodes(job->ctx, &lab->flow, 0, up);
+    double layer_up = pdi_flow_section_nodes(&lab->flow, 0, up);
     job->out->err[0] = fabs(pd_flow_section(job->ctx, &lab->flow, 0, down) / before - 1.0);
     val_curve *layers = val_add_curve(job, "layers of nodes", PD_STROKE_LINE);
     val_curve *bonds = val_add_curve(job, "bonds (conserved)", PD_STROKE_DASHED);
     for (int k = 0; k < lab->grid.n[0]; k++) {
-        double layer = pd_flow_section_nodes(job->ctx, &lab->flow, 0, k), x = lab->grid.lo[0] + k * lab->grid.h[0];
+        double layer = pdi_flow_section_nodes(&lab->flow, 0, k), x = lab->grid.lo[0] + k * lab->grid.h[0];
         job->out->err[1] = fmax(job->out->err[1], fabs(layer / layer_up - 1.0));
         val_add_point(layers, 1e6 * (x + 0.5 * lab->grid.h[0]), layer / layer_up);
         if (k > 0) val_add_point(bonds, 1e6 * x, pd_flow_section(job->ctx, &lab->flow, 0, k) / before);
@@ -172,7 +172,7 @@ static pd_status flux_run(val_job *job)
     double cap = job->level.p * 40.0 * um;
     val_lab *lab = job->lab;
     flow_channel(lab, 300.0 * um / job->level.n, job->level.m, -500.0 * um, 900.0 * um, &mean, 1e-8);
-    lab->grid_desc.solid = 3;
+    lab->grid_desc.solid = &lab->shapes[3];
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->shapes[0].a[0] = cap;
     lab->shapes[0].a[1] = -40.0 * um;
@@ -243,7 +243,7 @@ static pd_status hagen_run(val_job *job)
     lab->shapes[0].r = FLOW_HALF;
     lab->shapes[1].type = PD_SHAPE_COMPLEMENT;
     lab->shapes[1].children = 1;
-    lab->grid_desc.wall = 1;
+    lab->grid_desc.wall = &lab->shapes[1];
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
     job->out->h = lab->grid.h[0];

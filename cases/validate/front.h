@@ -19,7 +19,7 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
     val_lab *lab = job->lab;
     int cells = 1;
     lab_box(lab, h, job->level.m, 0.0, FRONT_CELLS * h);
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_VOXELS;
     lab->shapes[0].mask = mask;
     for (int d = 0; d < PD_DIM; d++) {
@@ -67,7 +67,7 @@ static pd_status front_run(val_job *job, const int *direction, pd_kernel kernel,
         if (!(begin > 0.0) && gone >= 6 * layer) begin = lab->couple.time;
     }
     *found = 3.0 * h / sqrt(length) / (lab->couple.time - begin);
-    *measure = pd_front_measure(&lab->dissolve.kernel, normal);
+    *measure = pdi_front_measure(&lab->dissolve.kernel, normal);
     job->out->h = h;
     job->out->steps += (long)lab->couple.steps;
     lab_free(job->ctx, lab);

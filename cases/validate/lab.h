@@ -45,7 +45,6 @@ typedef struct val_lab {
 static void lab_box(val_lab *lab, double h, double m, double lo, double hi)
 {
     lab->stencil_desc.m = m;
-    lab->grid_desc.solid = lab->grid_desc.wall = -1;
     lab->grid_desc.shapes = lab->shapes;
     for (int d = 0; d < PD_DIM; d++) {
         lab->stencil_desc.h[d] = h;

@@ -71,7 +71,7 @@ static pd_status peer_build(val_job *job, double h, const double box[2][3], cons
         lab->shapes[0].a[d] = metal[0][d] * h;
         lab->shapes[0].b[d] = metal[1][d] * h;
     }
-    lab->grid_desc.solid = solid;
+    lab->grid_desc.solid = &lab->shapes[solid];
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->dissolve_desc.model = PD_METAL_BONDS;
     lab->dissolve_desc.kernel = PD_KERNEL_INVERSE;

@@ -25,7 +25,7 @@ static void stefan_metal(const val_job *job, double bottom, double width)
     val_lab *lab = job->lab;
     lab_box(lab, STEFAN_START / job->level.n, job->level.m, 0.0, width);
     lab->grid_desc.hi[0] = bottom;
-    lab->grid_desc.solid = 0;
+    lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     lab->shapes[0].a[0] = STEFAN_START;
     lab->shapes[0].b[0] = -1.0;

@@ -84,7 +84,7 @@ PD_API double pd_couple_volume_loss(const pd_couple *couple);
 PD_API double pd_couple_imbalance(const pd_couple *couple);
 /* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
  * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
- * Errors: those of the archive (pd_store_open), PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
+ * Errors: those of the archive; PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
 PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_archive *archive);
 
 #endif

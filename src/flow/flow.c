@@ -184,7 +184,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
     if (!flow->even) return PD_OK;
-    PDI_TRY(pd_reconstruct_update(ctx, bonds, &flow->slopes));
+    PDI_TRY(pdi_reconstruct_update(ctx, bonds, &flow->slopes));
     if (flow->rim < bonds->capacity)
         PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
@@ -199,13 +199,13 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
 {
     pd_ghosts_vector(&flow->bonds->ghosts, v);
-    if (flow->mirrors && flow->held) pd_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
+    if (flow->mirrors && flow->held) pdi_ghosts_held(&flow->bonds->ghosts, held ? flow->held : NULL, v);
 }
 
-void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
 {
     pdi_flow_ghosts(flow, 1, flow->u);
-    pd_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
     pdi_flow_advecting(ctx, flow, flow->u, flow->advecting);
 }
@@ -369,11 +369,11 @@ PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
     }
 }
 
-void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
+PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
     memset(&t, 0, sizeof t);
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     t.mass = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
@@ -409,7 +409,7 @@ static double pdi_flow_section_bond(const void *user, int32_t i, int k)
 
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
@@ -432,7 +432,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
     const pd_stencil *s = bonds->stencil;
     double taken = 0.0;
     *pushed = *gross = 0.0;
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row[i];
         if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
@@ -447,21 +447,6 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
         }
     }
     return taken;
-}
-
-double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index)
-{
-    const pd_grid *grid = flow->grid;
-    double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
-    (void)ctx;
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        if (i[axis] != index) continue;
-        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
-    }
-    return sum;
 }
 
 static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
@@ -652,7 +637,7 @@ static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span
     return PD_OK;
 }
 
-pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
 {
     double walls;
     if (moved) *moved = 0.0;
@@ -744,8 +729,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
-    if (archive->reading) PDI_TRY(pd_flow_at(ctx, flow, flow->time, 0.0, NULL));
-    if (archive->reading) pd_flow_prepare(ctx, flow);
+    if (archive->reading) PDI_TRY(pdi_flow_at(ctx, flow, flow->time, 0.0, NULL));
+    if (archive->reading) pdi_flow_prepare(ctx, flow);
     return PD_OK;
 }
 
@@ -754,6 +739,6 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_owner_free(ctx, pdi_flow_list, flow);
     pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
     pdi_owner_free(ctx, pdi_flow_rim_list, flow);
-    pd_reconstruct_free(ctx, &flow->slopes);
+    pdi_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }

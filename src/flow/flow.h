@@ -17,7 +17,7 @@ typedef struct pd_flow_desc {
     double force[PD_DIM];   /* [m/s2] body force per mass */
     pd_velocity_fn body;    /* [m/s2] body force at places of fluid nodes, on top of `force`; NULL: none */
     void *body_user;
-    double *clock;          /* [s] where inlet, wall and body read the time: pd_flow_at writes it before it asks them.
+    double *clock;          /* [s] where inlet, wall and body read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double p_out;           /* [Pa] at outlets */
     double speed;           /* [m/s] reference U that results report residuals against; 0: that of the flow */
@@ -69,11 +69,7 @@ typedef struct pd_flow {
 
 #define pd_flow_build PD_NAME(pd_flow_build)
 #define pd_flow_update PD_NAME(pd_flow_update)
-#define pd_flow_prepare PD_NAME(pd_flow_prepare)
-#define pd_flow_at PD_NAME(pd_flow_at)
-#define pd_flow_residual PD_NAME(pd_flow_residual)
 #define pd_flow_section PD_NAME(pd_flow_section)
-#define pd_flow_section_nodes PD_NAME(pd_flow_section_nodes)
 #define pd_flow_free PD_NAME(pd_flow_free)
 
 /* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
@@ -83,20 +79,36 @@ PD_API pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 /* After pd_bonds_update: `changed` nodes have turned fluid. They start at rest with the mean pressure of their
  * fluid neighbours. */
 PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow);
+#ifdef PDI_INTERNAL
 /* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
  * of a given flow. */
-PD_API void pd_flow_prepare(pd_ctx *ctx, pd_flow *flow);
+PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
 /* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
  * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
  * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
-PD_API pd_status pd_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
-PD_API void pd_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+#endif
 /* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
 PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
+#ifdef PDI_INTERNAL
 /* The same from node velocities of the layer `index` of `axis`: sum u_axis times the face of a cell. */
-PD_API double pd_flow_section_nodes(pd_ctx *ctx, const pd_flow *flow, int axis, int index);
+static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int index)
+{
+    const pd_grid *grid = flow->grid;
+    double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        if (i[axis] != index) continue;
+        sum += flow->u[(int64_t)axis * grid->total + node] * face * pdi_grid_circumference(grid, node);
+    }
+    return sum;
+}
+#endif
 PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL

@@ -244,7 +244,7 @@ static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
 {
     double x[PD_DIM], reach = 0.0;
     int fluid = grid->kind[node] == PD_FLUID;
-    if (shape < 0 || grid->circumference || !pd_shape_exact(grid->shapes, shape)) return 0.0;
+    if (shape < 0 || grid->circumference || !pdi_shape_exact(grid->shapes, shape)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
     pd_grid_position(grid, node, x);
     double distance = pdi_force_distance(grid, shape, x);
@@ -287,7 +287,7 @@ void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, con
     q.lo = lo;
     q.hi = hi;
     q.shape = shape;
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int32_t r = 0; r < flow->bonds->rows; r++) {
         double x[PD_DIM], rub[PD_DIM], press[PD_DIM];
         pd_grid_position(flow->grid, flow->bonds->node[r], x);
@@ -412,7 +412,7 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
     memset(last, 0, sizeof last);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     PDI_TRY(pdi_force_cells(ctx, grid, lo, hi, first, last));
-    pd_flow_prepare(ctx, flow);
+    pdi_flow_prepare(ctx, flow);
     for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_sides(ctx, flow, first, last, axis, sum));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], within = 1;

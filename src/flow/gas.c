@@ -610,7 +610,7 @@ static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
 {
     const pd_gas *gas = (const pd_gas *)self;
     double stock[PD_GAS_FIELDS];
-    pd_gas_stock(ctx, gas, stock);
+    pdi_gas_stock(ctx, gas, stock);
     a->dissolved += stock[k ? PDI_GAS_P : 0];
     a->out += gas->out[k];
     a->in += gas->in[k];
@@ -645,7 +645,7 @@ pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
     return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
-void pd_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
+PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
 {
     const pd_grid *grid = gas->grid;
     (void)ctx;

@@ -65,7 +65,7 @@ static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, dou
 {
     pd_steady_result result;
     int again = c > PDI_SDIRK_GAMMA;
-    PDI_TRY(pd_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
     pd_status status = pdi_steady_stage(ctx, im->steady, 1.0 / (PDI_SDIRK_GAMMA * dt), target, im->desc.tolerance,
                                         again, &result);
     im->evaluations += result.evaluations;
@@ -196,7 +196,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pd_flow_prepare(ctx, ((pd_implicit *)self)->flow);
+    pdi_flow_prepare(ctx, ((pd_implicit *)self)->flow);
     return PD_OK;
 }
 

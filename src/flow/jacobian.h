@@ -29,9 +29,9 @@ typedef struct pdi_jacobian_step {
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
-/* Linearise about the state that the flow was prepared with last (pd_flow_prepare). */
+/* Linearise about the state that the flow was prepared with last (pdi_flow_prepare). */
 PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *jacobian);
-/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pd_flow_residual along the step, to
+/* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = derivative of the residuals of pdi_flow_residual along the step, to
  * seven digits of their largest terms. */
 PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_step *step,
                                double *yu, double *yc);

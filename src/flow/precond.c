@@ -158,13 +158,13 @@ PDI_FN double pdi_precond_damping(const pd_flow *flow, double shift)
 static void pdi_precond_convected(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, double *q, double *dp)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    pd_ghosts_pressure(ghosts, 0.0, q);
+    pdi_ghosts_pressure(ghosts, 0.0, q);
     pdi_precond_run(ctx, flow, pdi_precond_gradient, q, precond->grad);
     pd_ghosts_vector(ghosts, precond->grad);
     pdi_precond_run(ctx, flow, pdi_precond_convect, precond->grad, precond->convected);
     pd_ghosts_vector(ghosts, precond->convected);
     pdi_precond_run(ctx, flow, pdi_precond_diverge, precond->convected, precond->grad);
-    pd_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
+    pdi_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
 }
 
 PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precond *precond, const double *r, double *q,
@@ -174,17 +174,17 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
     double rough = flow->nu + PDI_PRECOND_ROUGH / (flow->stabilisation * flow->bonds->stencil->lap_sum);
     int nt = pdi_par_threads(ctx, grid->total * 4);
     (void)nt;
-    pd_multigrid_cycle(ctx, precond->poisson, r, q);
+    pdi_multigrid_cycle(ctx, precond->poisson, r, q);
     if (precond->damped) {
-        pd_multigrid_cycle(ctx, precond->damped, q, dp);
+        pdi_multigrid_cycle(ctx, precond->damped, q, dp);
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), dp, q);
         rough = flow->nu;
     }
     pdi_precond_convected(ctx, flow, precond, q, dp);
-    pd_multigrid_cycle(ctx, precond->seep, r, q);
+    pdi_multigrid_cycle(ctx, precond->seep, r, q);
     if (precond->damped) {
-        pd_multigrid_cycle(ctx, precond->damped, q, precond->grad);
+        pdi_multigrid_cycle(ctx, precond->damped, q, precond->grad);
         pdi_par_zero(ctx, grid->total, q);
         pdi_par_axpy(ctx, grid->total, pdi_precond_damping(flow, precond->shift), precond->grad, q);
     }

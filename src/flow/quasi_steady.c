@@ -99,7 +99,7 @@ static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     double moved;
     q->time = t;
-    PDI_TRY(pd_flow_at(ctx, q->flow, t, 0.0, &moved));
+    PDI_TRY(pdi_flow_at(ctx, q->flow, t, 0.0, &moved));
     q->moved += moved;
     if (q->moved > q->steady->desc.tolerance) q->stale = 1;
     return pdi_quasi_steady_solve(ctx, q);

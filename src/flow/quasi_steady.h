@@ -14,7 +14,7 @@ typedef struct pd_quasi_steady {
     pd_steady *steady;
     pd_steady_result result; /* of the last solve */
     int stale;               /* the geometry, or what stands outside, has changed since */
-    double moved;            /* [-] by how much what stands outside has, see pd_flow_at */
+    double moved;            /* [-] by how much what stands outside has, see pdi_flow_at */
     double time;             /* [s] of what stands outside */
     int64_t solves, krylov, evaluations;
 } pd_quasi_steady;

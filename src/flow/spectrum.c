@@ -179,7 +179,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
 {
     const pd_bonds *bonds = w->flow->bonds;
     int64_t total = w->flow->grid->total;
-    pd_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
+    pdi_ghosts_pressure(&bonds->ghosts, 0.0, w->now);
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)

@@ -82,11 +82,11 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     pdi_par_copy(ctx, split + total, x, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
-    pd_ghosts_pressure(ghosts, 0.0, dp);
+    pdi_ghosts_pressure(ghosts, 0.0, dp);
     pdi_flow_gradient(ctx, flow, dp, flow->grad);
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
-    pd_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
-    for (int d = 0; d < PD_DIM; d++) pd_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
+    pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
 /* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
@@ -107,7 +107,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
-    pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
+    pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
     flow->evaluations++;
 }
@@ -139,16 +139,16 @@ static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
     pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
     pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, p);
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
-                               (const float *const *)u->flux, u->wall, u->mass));
-    PDI_TRY(pd_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
+                                (const float *const *)u->flux, u->wall, u->mass));
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
     double damping = pdi_precond_damping(s->flow, shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
     pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
-    return pd_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+    return pdi_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -170,11 +170,11 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
-    pd_flow_residual(ctx, flow, r, r + split);
+    pdi_flow_residual(ctx, flow, r, r + split);
     if (s->rate > 0.0) {
         pdi_par_axpy(ctx, split, s->rate, flow->u, r);
         pdi_par_axpy(ctx, split, -s->rate, s->target, r);
-        pd_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
+        pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
     }
     pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
     pdi_steady_report(ctx, s, result);
@@ -252,11 +252,11 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_u));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));
     md.symmetric = 1;
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_p));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_seep));
-    PDI_TRY(pd_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_p));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_seep));
+    PDI_TRY(pdi_krylov_build(ctx, &kd, &s->krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     return pdi_owner_build(ctx, pdi_steady_list, s);
 }
@@ -274,7 +274,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
     if (s->timed) return PD_OK;
     pdi_compact_multigrid(s->flow->grid, &md);
     md.symmetric = 1;
-    PDI_TRY(pd_multigrid_build(ctx, &md, &s->mg_d));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     return PD_OK;
 }
@@ -290,10 +290,10 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pd_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
-    pd_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
+    pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
@@ -321,7 +321,7 @@ static void pdi_steady_poisson(void *user, const double *x, double *y)
     pdi_steady_user *u = (pdi_steady_user *)user;
     int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
     pdi_par_zero(u->ctx, split, y);
-    pd_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
 }
 
 /* The largest volume of a node [m^d]. */
@@ -354,11 +354,11 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
     k->desc.fixed = 1;
-    pd_status status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
-                                       &linear);
+    pd_status status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
+                                        &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
     if (status > 0)
-        status = pd_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+        status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
     k->desc.max_iterations = most;
     k->desc.fixed = 0;
     k->desc.atol = 0.0;
@@ -477,7 +477,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
         else status = pdi_steady_advance(ctx, s, &path, result);
         if (status == PD_OK) status = pdi_poll(ctx, "flow: Newton", result->newton);
     }
-    pd_krylov_trim(ctx, &s->krylov);
+    pdi_krylov_trim(ctx, &s->krylov);
     result->evaluations = s->flow->evaluations - start;
     if (status != PD_OK) return status;
     if (!(path.norm < 1e300))
@@ -526,7 +526,7 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive
     PDI_TRY(pdi_owner_store(ctx, pdi_steady_list, s, archive));
     if (!archive->reading) return PD_OK;
     PDI_TRY(pdi_flow_patch(ctx, s->flow));
-    pd_flow_prepare(ctx, s->flow);
+    pdi_flow_prepare(ctx, s->flow);
     return PD_OK;
 }
 
@@ -534,11 +534,11 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_free(ctx, &s->compact_u);
     pdi_compact_free(ctx, &s->compact_p);
-    pd_multigrid_free(ctx, &s->mg_u);
-    pd_multigrid_free(ctx, &s->mg_p);
-    pd_multigrid_free(ctx, &s->mg_seep);
-    pd_multigrid_free(ctx, &s->mg_d);
-    pd_krylov_free(ctx, &s->krylov);
+    pdi_multigrid_free(ctx, &s->mg_u);
+    pdi_multigrid_free(ctx, &s->mg_p);
+    pdi_multigrid_free(ctx, &s->mg_seep);
+    pdi_multigrid_free(ctx, &s->mg_d);
+    pdi_krylov_free(ctx, &s->krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     if (s->flow) s->flow->potential = NULL;

@@ -84,8 +84,8 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_unsteady_pressure(&un->desc, un->density[i]);
     pd_ghosts_vector(ghosts, flow->u);
-    pd_ghosts_pressure(ghosts, flow->p_out, flow->p);
-    pd_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
+    pdi_ghosts_pressure(ghosts, flow->p_out, flow->p);
+    pdi_ghosts_pressure(ghosts, pdi_unsteady_density(&un->desc, flow->p_out), un->density);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
@@ -162,7 +162,7 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     pdi_par_copy(ctx, split, flow->u, un->start);
     pdi_par_copy(ctx, total, un->density, un->start + split);
     for (int stage = 0; stage < 3; stage++) {
-        PDI_TRY(pd_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
+        PDI_TRY(pdi_flow_at(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
         if (pdi_unsteady_stage(ctx, un, old_share[stage], dt)) continue;
         pdi_par_copy(ctx, split, un->start, flow->u);
         pdi_par_copy(ctx, total, un->start + split, un->density);
@@ -170,7 +170,7 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
         return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
                         dt, un->time);
     }
-    PDI_TRY(pd_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
+    PDI_TRY(pdi_flow_at(ctx, flow, un->time + dt, 0.5 * dt, NULL));
     pdi_unsteady_fill(ctx, un);
     un->time += dt;
     un->steps++;
@@ -223,7 +223,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
 static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pd_flow_prepare(ctx, ((pd_unsteady *)self)->flow);
+    pdi_flow_prepare(ctx, ((pd_unsteady *)self)->flow);
     return PD_OK;
 }
 

@@ -23,7 +23,7 @@ typedef enum pdi_align {
     PDI_ALIGN_END
 } pdi_align;
 
-/* A blank sheet; free image with pd_image_free. */
+/* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);

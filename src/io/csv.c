@@ -62,8 +62,8 @@ static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values
     return pdi_file_write(ctx, file, row, used);
 }
 
-pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
-                       const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                               int columns, const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
@@ -76,11 +76,11 @@ pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const
     return status;
 }
 
-pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names, int columns,
-                        pd_csv *csv)
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                                int columns, pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pd_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_csv_write(ctx, path, comment, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -98,13 +98,13 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
     return PD_OK;
 }
 
-pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
     PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
-pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv)
+PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
 {
     return csv->file.stream ? pdi_file_commit(ctx, &csv->file) : PD_OK;
 }
@@ -193,9 +193,9 @@ static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
     pd_table *t = r->table;
     t->columns = fields;
     for (int k = 0; k < fields; k++) {
-        const char *name = pd_table_text(t, -1, k);
+        const char *name = pdi_table_text(t, -1, k);
         if (!name[0]) return pdi_csv_bad(ctx, r, "a column has no name");
-        if (pd_table_find(t, name) != k)
+        if (pdi_table_find(t, name) != k)
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
@@ -241,7 +241,7 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     return PD_OK;
 }
 
-pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
+PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
@@ -249,11 +249,11 @@ pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table)
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
-    if (status != PD_OK) pd_table_free(ctx, table);
+    if (status != PD_OK) pdi_table_free(ctx, table);
     return status;
 }
 
-void pd_table_free(pd_ctx *ctx, pd_table *table)
+PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
 {
     PDI_DELETE(ctx, table->text_size, table->text);
     PDI_DELETE(ctx, table->capacity, table->field);
@@ -261,26 +261,26 @@ void pd_table_free(pd_ctx *ctx, pd_table *table)
     memset(table, 0, sizeof *table);
 }
 
-const char *pd_table_text(const pd_table *table, int row, int column)
+PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
 {
     return table->text + table->field[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
-int pd_table_find(const pd_table *table, const char *name)
+PDI_FN int pdi_table_find(const pd_table *table, const char *name)
 {
     for (int k = 0; k < table->columns; k++)
-        if (strcmp(pd_table_text(table, -1, k), name) == 0) return k;
+        if (strcmp(pdi_table_text(table, -1, k), name) == 0) return k;
     return -1;
 }
 
-pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
 {
-    int column = pd_table_find(table, name);
+    int column = pdi_table_find(table, name);
     if (column < 0)
         return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                        name, table->columns, table->columns ? pd_table_text(table, -1, 0) : "");
+                        name, table->columns, table->columns ? pdi_table_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
-        const char *text = pd_table_text(table, r, column);
+        const char *text = pdi_table_text(table, r, column);
         if (!pdi_file_parse(text, strlen(text), &values[r]))
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                             table->line[r], name, text);

@@ -30,42 +30,32 @@ typedef struct pd_table {
     size_t line_capacity;
 } pd_table;
 
-#define pd_csv_create PD_NAME(pd_csv_create)
-#define pd_csv_row PD_NAME(pd_csv_row)
-#define pd_csv_close PD_NAME(pd_csv_close)
-#define pd_csv_write PD_NAME(pd_csv_write)
-#define pd_table_read PD_NAME(pd_table_read)
-#define pd_table_find PD_NAME(pd_table_find)
-#define pd_table_text PD_NAME(pd_table_text)
-#define pd_table_column PD_NAME(pd_table_column)
-#define pd_table_free PD_NAME(pd_table_free)
-
+#ifdef PDI_INTERNAL
 /* Start a file with a comment (its source; NULL: none) and the names of its columns, written aside and renamed, then
  * open it for appending. An older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a
  * control character. */
-PD_API pd_status pd_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, pd_csv *csv);
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                                int columns, pd_csv *csv);
 /* Append values[columns] and flush: the row is in the file when this returns. PD_ERR_FILE. */
-PD_API pd_status pd_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
+PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
-PD_API pd_status pd_csv_close(pd_ctx *ctx, pd_csv *csv);
+PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
-PD_API pd_status pd_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                              int columns, const double *values, int64_t rows);
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
+                               int columns, const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
-PD_API pd_status pd_table_read(pd_ctx *ctx, const char *path, pd_table *table);
+PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
 /* Number of the column of this name, -1: none. */
-PD_API int pd_table_find(const pd_table *table, const char *name);
+PDI_FN int pdi_table_find(const pd_table *table, const char *name);
 /* Text of a field; row -1 is the row of names. */
-PD_API const char *pd_table_text(const pd_table *table, int row, int column);
+PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
 /* values[rows] of the column of this name. PD_ERR_PARSE with file:line: no such column, not a number. */
-PD_API pd_status pd_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
-PD_API void pd_table_free(pd_ctx *ctx, pd_table *table);
+PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 
-#ifdef PDI_INTERNAL
 /* Note the length of a table that is open; or, reading, open that of `path` and go on from this length: rows behind it
  * are cut off. PD_ERR_FILE: it is shorter, or another one. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);

@@ -123,8 +123,8 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
     return PD_OK;
 }
 
-pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
-                             char *name)
+PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
+                                     char *name)
 {
     char stamp[PDI_NUMBER_SIZE];
     name[0] = 0;

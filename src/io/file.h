@@ -21,18 +21,17 @@ typedef struct pd_file {
 
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)
 #define pd_file_join PD_NAME(pd_file_join)
-#define pd_file_frame_name PD_NAME(pd_file_frame_name)
 
 /* Make a directory and the missing ones above it; an existing directory is fine. PD_ERR_FILE. */
 PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
+#ifdef PDI_INTERNAL
 /* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
  * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PD_API pd_status pd_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
-                                    char *name);
+PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
+                                     char *name);
 
-#ifdef PDI_INTERNAL
 /* 1: the path stays below the folder it is taken from: not absolute, no drive, no '..' among its parts. */
 PDI_FN int pdi_file_below(const char *path);
 /* What making the directory and files in it would be refused for, as far as that can be told without trying. */

@@ -219,17 +219,17 @@ static pd_status pdi_folder_init(pd_ctx *ctx, const char *path, const char *run,
     return PD_OK;
 }
 
-pd_status pd_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
 {
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
     pd_status status = pdi_folder_hold(ctx, f);
     if (status == PD_OK) status = pdi_folder_begin(ctx, f);
-    if (status < 0) pd_folder_close(f);
+    if (status < 0) pdi_folder_close(f);
     return status;
 }
 
-pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run)
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run)
 {
     char found[PD_PATH_SIZE], lock[PD_PATH_SIZE];
     pd_folder f;
@@ -246,7 +246,7 @@ pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run)
     return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
 }
 
-pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *f)
 {
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
@@ -257,7 +257,7 @@ pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_fold
     return pdi_folder_hold(ctx, f);
 }
 
-pd_status pd_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
+PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
 {
     PD_ASSERT(pdi_folder_own(name));
     PDI_TRY(pd_file_join(ctx, f->path, name, path));
@@ -266,13 +266,13 @@ pd_status pd_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
     return pdi_file_flush(ctx, &f->list);
 }
 
-pd_status pd_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
+PDI_FN pd_status pdi_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
 {
     if (!archive->reading) PDI_TRY(pdi_file_length(ctx, &f->list, &f->length));
     return PDI_KEEP(ctx, archive, "length of the list", &f->length, 1);
 }
 
-pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *f)
+PDI_FN pd_status pdi_folder_resume(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
@@ -289,7 +289,7 @@ pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *f)
     return status == PD_OK ? pdi_file_resume(ctx, path, f->length, &f->list) : status;
 }
 
-void pd_folder_close(pd_folder *f)
+PDI_FN void pdi_folder_close(pd_folder *f)
 {
     char path[PD_PATH_SIZE];
     pd_ctx quiet;

@@ -26,28 +26,22 @@ typedef struct pd_folder {
     int removed;            /* files of the former run that went */
 } pd_folder;
 
-#define pd_folder_open PD_NAME(pd_folder_open)
-#define pd_folder_check PD_NAME(pd_folder_check)
-#define pd_folder_lock PD_NAME(pd_folder_lock)
-#define pd_folder_add PD_NAME(pd_folder_add)
-#define pd_folder_store PD_NAME(pd_folder_store)
-#define pd_folder_resume PD_NAME(pd_folder_resume)
-#define pd_folder_close PD_NAME(pd_folder_close)
-
+#ifdef PDI_INTERNAL
 /* Make the folder, lock it, remove the files of the former run, begin the list. PD_ERR_STATE: another run is at work
  * there. PD_ERR_ARGUMENT: it holds the files of a run of another name. */
-PD_API pd_status pd_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
-/* What pd_folder_open would refuse; writes nothing. */
-PD_API pd_status pd_folder_check(pd_ctx *ctx, const char *path, const char *run);
+PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+/* What pdi_folder_open would refuse; writes nothing. */
+PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run);
 /* Lock a folder, if it is there, whose run goes on. */
-PD_API pd_status pd_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
+PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run, pd_folder *folder);
 /* path[PD_PATH_SIZE] of a file that is about to be written, and its line in the list. */
-PD_API pd_status pd_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
+PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
 /* Note the length of the list, or read it back. */
-PD_API pd_status pd_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
 /* Then go on with the list: files behind that length are removed, since the run writes them again. */
-PD_API pd_status pd_folder_resume(pd_ctx *ctx, pd_folder *folder);
+PDI_FN pd_status pdi_folder_resume(pd_ctx *ctx, pd_folder *folder);
 /* Give the lock back. Allowed on a zeroed folder, and twice. */
-PD_API void pd_folder_close(pd_folder *folder);
+PDI_FN void pdi_folder_close(pd_folder *folder);
+#endif
 
 #endif

@@ -290,7 +290,7 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
 }
 
-pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
 {
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
@@ -316,8 +316,8 @@ pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *imag
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
     pd_image image;
-    PDI_TRY(pd_picture_draw(ctx, picture, &image));
-    pd_status status = pd_png_write(ctx, path, &image);
-    pd_image_free(ctx, &image);
+    PDI_TRY(pdi_picture_draw(ctx, picture, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
     return status;
 }

@@ -24,12 +24,13 @@ typedef struct pd_picture {
     const char *title, *stamp, *label; /* "Mg pin", "t = 6.1 s", "C [mol/m3]"; NULL: none */
 } pd_picture;
 
-#define pd_picture_draw PD_NAME(pd_picture_draw)
 #define pd_picture_write PD_NAME(pd_picture_write)
 
-/* Draw into an RGB image (freed by pd_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
+#ifdef PDI_INTERNAL
+/* Draw into an RGB image (freed by pdi_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
  * thinner than 120 pixels is stretched and the axis says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PD_API pd_status pd_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+#endif
 /* Draw and write as PNG. Also PD_ERR_FILE. */
 PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
 

@@ -300,7 +300,7 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     }
 }
 
-pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
     pdi_plot_layout l;
     pdi_canvas canvas;
@@ -327,8 +327,8 @@ pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
     pd_image image;
-    PDI_TRY(pd_plot_draw(ctx, plot, &image));
-    pd_status status = pd_png_write(ctx, path, &image);
-    pd_image_free(ctx, &image);
+    PDI_TRY(pdi_plot_draw(ctx, plot, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
     return status;
 }

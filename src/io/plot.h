@@ -31,11 +31,12 @@ typedef struct pd_plot {
     int width, height;             /* [pixel] 0: 1100 x 760 */
 } pd_plot;
 
-#define pd_plot_draw PD_NAME(pd_plot_draw)
 #define pd_plot_write PD_NAME(pd_plot_write)
 
-/* Draw into an RGB image (freed by pd_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
-PD_API pd_status pd_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+#ifdef PDI_INTERNAL
+/* Draw into an RGB image (freed by pdi_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+#endif
 /* Draw and write as PNG. Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
 

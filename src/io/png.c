@@ -17,13 +17,13 @@ static size_t pdi_png_bytes(const pd_image *image)
     return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
 }
 
-void pd_image_free(pd_ctx *ctx, pd_image *image)
+PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image)
 {
     PDI_DELETE(ctx, pdi_png_bytes(image), image->pixels);
     memset(image, 0, sizeof *image);
 }
 
-int pd_image_gray(const pd_image *image, int column, int row)
+PDI_FN int pdi_image_gray(const pd_image *image, int column, int row)
 {
     const uint8_t *p = image->pixels + ((size_t)row * (size_t)image->width + (size_t)column) * (size_t)image->channels;
     int luma = image->channels < 3 ? p[0] * 1000 : 299 * p[0] + 587 * p[1] + 114 * p[2];
@@ -148,7 +148,7 @@ static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *ima
     return status;
 }
 
-pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
@@ -341,13 +341,13 @@ static pd_status pdi_png_pixels(pd_ctx *ctx, const pdi_png_file *png, pd_image *
         image->height = png->height;
         status = PDI_NEW(ctx, "png", pdi_png_bytes(image), image->pixels);
         if (status == PD_OK) status = pdi_png_expand(ctx, png, raw, stride, image);
-        if (status != PD_OK) pd_image_free(ctx, image);
+        if (status != PD_OK) pdi_image_free(ctx, image);
     }
     PDI_DELETE(ctx, size, raw);
     return status;
 }
 
-pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image)
+PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
 {
     char *data = NULL;
     size_t size = 0;

@@ -16,18 +16,15 @@ typedef struct pd_image {
     uint8_t *pixels;
 } pd_image;
 
-#define pd_image_free PD_NAME(pd_image_free)
-#define pd_image_gray PD_NAME(pd_image_gray)
-#define pd_png_write PD_NAME(pd_png_write)
-#define pd_png_read PD_NAME(pd_png_read)
-
-PD_API void pd_image_free(pd_ctx *ctx, pd_image *image);
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 /* Luminance 0..255 (Rec. 601 weights) of a pixel over white paper; row 0 on top. */
-PD_API int pd_image_gray(const pd_image *image, int column, int row);
+PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
-PD_API pd_status pd_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Read an image; palettes become RGB, or RGBA when they carry transparency. PD_ERR_FILE: not readable;
  * PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
-PD_API pd_status pd_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
+#endif
 
 #endif

@@ -4,7 +4,7 @@
 
 #define PDI_PROGRESS_BAR 26
 
-void pd_progress_duration(double seconds, char *text, size_t size)
+PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
 {
     if (!(seconds >= 0 && seconds < 3e11)) {
         snprintf(text, size, "?");
@@ -24,7 +24,7 @@ void pd_progress_duration(double seconds, char *text, size_t size)
     }
 }
 
-void pd_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size)
+PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size)
 {
     char bar[PDI_PROGRESS_BAR + 1], spent[32], left[32];
     if (!(fraction > 0)) fraction = 0;
@@ -32,12 +32,12 @@ void pd_progress_line(double fraction, double elapsed, const char *label, char *
     int filled = (int)(fraction * PDI_PROGRESS_BAR);
     for (int i = 0; i < PDI_PROGRESS_BAR; i++) bar[i] = i < filled ? '#' : '.';
     bar[PDI_PROGRESS_BAR] = 0;
-    pd_progress_duration(elapsed, spent, sizeof spent);
+    pdi_progress_duration(elapsed, spent, sizeof spent);
     if (fraction >= 1) snprintf(line, size, "%s [%s] 100.0 %%  %s", label, bar, spent);
     else if (fraction < 1e-3 || !(elapsed >= 1))
         snprintf(line, size, "%s [%s] %5.1f %%  %s", label, bar, 100 * fraction, spent);
     else {
-        pd_progress_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
+        pdi_progress_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
         snprintf(line, size, "%s [%s] %5.1f %%  %s, %s left", label, bar, 100 * fraction, spent, left);
     }
 }

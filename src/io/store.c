@@ -270,7 +270,7 @@ pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
     pdi_store_head(head);
     pd_status status = pdi_store_append(ctx, s, head, sizeof head);
-    if (status < 0) pd_store_abandon(s);
+    if (status < 0) pdi_store_abandon(s);
     return status;
 }
 
@@ -280,14 +280,14 @@ pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
     pdi_store_wire(s, 1);
     PDI_TRY(pdi_file_open(ctx, path, &s->file));
     pd_status status = pdi_store_verify(ctx, s);
-    pd_store_abandon(s);
+    pdi_store_abandon(s);
     if (status == PD_OK) status = pdi_file_open(ctx, path, &s->file);
     if (status == PD_OK) status = pdi_store_read_head(ctx, s);
-    if (status < 0) pd_store_abandon(s);
+    if (status < 0) pdi_store_abandon(s);
     return status;
 }
 
-void pd_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
+PDI_FN void pdi_store_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
 
 static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
 {
@@ -311,7 +311,7 @@ static pd_status pdi_store_finish(pd_ctx *ctx, pd_store *s)
 pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
 {
     pd_status status = pdi_store_finish(ctx, s);
-    pd_store_abandon(s);
+    pdi_store_abandon(s);
     return status;
 }
 

@@ -29,7 +29,6 @@ typedef struct pd_store {
 #define pd_store_create PD_NAME(pd_store_create)
 #define pd_store_open PD_NAME(pd_store_open)
 #define pd_store_close PD_NAME(pd_store_close)
-#define pd_store_abandon PD_NAME(pd_store_abandon)
 
 /* Begin a file aside; one under this name stays until pd_store_close. PD_ERR_FILE. */
 PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
@@ -39,10 +38,11 @@ PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store)
 PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
 /* Put the file in place, or see that all of it was read. Closed on failure, too. */
 PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
-/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
-PD_API void pd_store_abandon(pd_store *store);
 
 #ifdef PDI_INTERNAL
+/* Close, and remove what was written aside. Allowed on a closed or zeroed store. */
+PDI_FN void pdi_store_abandon(pd_store *store);
+
 /* Begin a file in memory, in place of one that is kept there. pd_store_close ends it and keeps it. */
 PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *store);
 /* Put what is kept under that name. PD_ERR_FILE. */

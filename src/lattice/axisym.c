@@ -224,14 +224,14 @@ static pd_status pdi_axisym_make(pd_ctx *ctx, const pd_stencil *stencil, const p
     return status;
 }
 
-pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
+PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring)
 {
     pd_status status = pdi_axisym_make(ctx, stencil, grid, ring);
-    if (status < 0) pd_axisym_free(ctx, ring);
+    if (status < 0) pdi_axisym_free(ctx, ring);
     return status;
 }
 
-void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring)
+PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 {
     pdi_owner_free(ctx, pdi_axisym_list, ring);
     memset(ring, 0, sizeof *ring);

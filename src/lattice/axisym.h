@@ -17,11 +17,10 @@ typedef struct pd_axisym {
     double *hoop;    /* [rows] [1/m2] of the radial component of a vector: lap u_r - hoop u_r is exact on r */
 } pd_axisym;
 
-#define pd_axisym_build PD_NAME(pd_axisym_build)
-#define pd_axisym_free PD_NAME(pd_axisym_free)
-
+#ifdef PDI_INTERNAL
 /* Empty on a planar grid. PD_ERR_GEOMETRY: no conductances exist (never seen). */
-PD_API pd_status pd_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring);
-PD_API void pd_axisym_free(pd_ctx *ctx, pd_axisym *ring);
+PDI_FN pd_status pdi_axisym_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_axisym *ring);
+PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring);
+#endif
 
 #endif

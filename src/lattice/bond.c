@@ -199,7 +199,7 @@ static int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
 {
     uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
     int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
-    return shape >= 0 && pd_shape_exact(grid->shapes, shape) ? shape : -1;
+    return shape >= 0 && pdi_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
 /* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
@@ -616,9 +616,9 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
-    PDI_TRY(pd_ghosts_build(ctx, grid, &bonds->ghosts));
+    PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
-    PDI_TRY(pd_axisym_build(ctx, stencil, grid, &bonds->axisym));
+    PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
@@ -649,7 +649,7 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
 {
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
-    PDI_TRY(pd_ghosts_update(ctx, &bonds->ghosts));
+    PDI_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
         PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
@@ -671,9 +671,9 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     int64_t covered = b->rows - b->plain;
     for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
     for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
-    if (covered != pd_grid_count(b->grid, PD_FLUID))
+    if (covered != pdi_grid_count(b->grid, PD_FLUID))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes",
-                        (double)covered, (double)pd_grid_count(b->grid, PD_FLUID));
+                        (double)covered, (double)pdi_grid_count(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
         if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
@@ -697,8 +697,8 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_owner_free(ctx, pdi_bond_row_list, b);
     pdi_owner_free(ctx, pdi_bond_run_list, &b->whole);
     pdi_owner_free(ctx, pdi_bond_run_list, &b->cut);
-    pd_ghosts_free(ctx, &b->ghosts);
+    pdi_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
-    pd_axisym_free(ctx, &b->axisym);
+    pdi_axisym_free(ctx, &b->axisym);
     memset(b, 0, sizeof *b);
 }

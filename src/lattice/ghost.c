@@ -16,13 +16,13 @@ static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
     g->grid = grid;
-    return pd_ghosts_update(ctx, g);
+    return pdi_ghosts_update(ctx, g);
 }
 
-pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     pd_status status = pdi_ghost_make(ctx, grid, g);
-    if (status < 0) pd_ghosts_free(ctx, g);
+    if (status < 0) pdi_ghosts_free(ctx, g);
     return status;
 }
 
@@ -52,7 +52,7 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     g->odd[g->listed++] = (uint8_t)odd;
 }
 
-pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
+PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
 {
     const pd_grid *grid = g->grid;
     static const uint8_t kinds[3] = {PD_IMAGE, PD_OUTLET, PD_INLET};
@@ -86,7 +86,7 @@ void pd_ghosts_vector(const pd_ghosts *g, double *v)
         }
 }
 
-void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
 {
     int32_t inlets = g->listed - g->count;
     for (int d = 0; d < PD_DIM; d++)
@@ -100,20 +100,20 @@ void pd_ghosts_held(const pd_ghosts *g, const double *held, double *v)
         }
 }
 
-void pd_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+PDI_FN void pdi_ghosts_pressure(const pd_ghosts *g, double held, double *p)
 {
     pd_ghosts_scalar(g, p);
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
 }
 
-void pd_ghosts_clear(const pd_ghosts *g, int components, double *x)
+PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < components; d++)
         for (int32_t k = 0; k < g->listed; k++) x[d * total + g->node[k]] = 0.0;
 }
 
-void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
+PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
     pdi_owner_free(ctx, pdi_ghost_list, g);
     memset(g, 0, sizeof *g);

@@ -18,30 +18,28 @@ typedef struct pd_ghosts {
     uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
-#define pd_ghosts_build PD_NAME(pd_ghosts_build)
-#define pd_ghosts_update PD_NAME(pd_ghosts_update)
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
 #define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
-#define pd_ghosts_held PD_NAME(pd_ghosts_held)
-#define pd_ghosts_pressure PD_NAME(pd_ghosts_pressure)
-#define pd_ghosts_clear PD_NAME(pd_ghosts_clear)
-#define pd_ghosts_free PD_NAME(pd_ghosts_free)
 
+#ifdef PDI_INTERNAL
 /* The grid is borrowed. */
-PD_API pd_status pd_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
+PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *ghosts);
 /* The kinds of the grid have changed. */
-PD_API pd_status pd_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
+PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
+#endif
 /* f [total]: images take the value of their source; outlets are left alone. */
 PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
 /* v [PD_DIM][total]: images and outlets. */
 PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+#ifdef PDI_INTERNAL
 /* v [PD_DIM][total] behind inlets: odd about what they hold on the side, held [PD_DIM][listed - count] in the order of
  * the list (NULL: zero), as far as the source is fluid. */
-PD_API void pd_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
+PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
-PD_API void pd_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
 /* x [components][total]: zero at all ghosts of the list, inlets included. */
-PD_API void pd_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
-PD_API void pd_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
+PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
+PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
+#endif
 
 #endif

@@ -51,7 +51,7 @@ void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
     for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
 }
 
-int64_t pd_grid_count(const pd_grid *grid, pd_kind kind)
+PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind)
 {
     int64_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
@@ -322,11 +322,14 @@ static void pdi_grid_list(pdi_owner *owner, void *object)
 static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
+    if ((desc->solid || desc->wall) && !desc->shapes)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
+                        "solid and wall point into shapes, which is NULL: an array of shapes is expected");
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
     if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
     grid->shapes = desc->shapes;
-    grid->solid = desc->shapes ? desc->solid : -1;
-    grid->wall = desc->shapes ? desc->wall : -1;
+    grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
+    grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
     grid->entry = desc->entry;
     grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
@@ -344,8 +347,8 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         else if (grid->solid >= 0 && pd_shape_distance(grid->shapes, grid->solid, x) <= 0.0)
             grid->kind[node] = PD_SOLID;
     }
-    grid->fluid_count = pd_grid_count(grid, PD_FLUID);
-    grid->solid_count = pd_grid_count(grid, PD_SOLID);
+    grid->fluid_count = pdi_grid_count(grid, PD_FLUID);
+    grid->solid_count = pdi_grid_count(grid, PD_SOLID);
     if (grid->solid >= 0 && grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");

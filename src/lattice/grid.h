@@ -34,9 +34,9 @@ typedef int (*pd_entry_fn)(void *user, int side, const double *x);
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
     pd_side side[2 * PD_DIM];      /* x-, x+, y-, ... */
-    const pd_shape *shapes;        /* borrowed for the life of the grid; NULL: none, whatever solid and wall are */
-    int solid;                     /* index of the solid shape, -1: none */
-    int wall;                      /* index of the wall shape (inside it: wall), -1: none */
+    const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
+    const pd_shape *solid;         /* the one of them that is metal; NULL: none */
+    const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
     pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
                                     * as `side` says */
     void *entry_user;
@@ -53,7 +53,7 @@ typedef struct pd_grid {
     double h[PD_DIM], lo[PD_DIM], hi[PD_DIM]; /* [m] */
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
-    int solid, wall;
+    int solid, wall;      /* indices of the shapes, -1: none */
     pd_entry_fn entry;
     void *entry_user;
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
@@ -65,22 +65,21 @@ typedef struct pd_grid {
 #define pd_grid_free PD_NAME(pd_grid_free)
 #define pd_grid_position PD_NAME(pd_grid_position)
 #define pd_grid_node PD_NAME(pd_grid_node)
-#define pd_grid_count PD_NAME(pd_grid_count)
 
-/* solid == -1 etc. as in the desc. PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
+/* PD_ERR_GEOMETRY: the box is not a whole number of cells, a shape lies outside the
  * box (behind periodic and mirror sides it is cut off), no fluid node is left, an axisymmetric box does not begin at
  * the axis or a horizon away. PD_ERR_ARGUMENT: an axis is periodic on one side only; axisymmetric not in 2D, or with
- * sides across r other than the axis, walls, inlets and outlets. */
+ * sides across r other than the axis, walls, inlets and outlets; a solid or wall without the array of shapes. */
 PD_API pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid);
 PD_API void pd_grid_free(pd_ctx *ctx, pd_grid *grid);
 /* Position [m] of node id (ghosts included). */
 PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 /* Node of cell index i[] of the box (ghosts: -ghost .. n+ghost-1). */
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
-/* Number of nodes of one kind inside the box. */
-PD_API int64_t pd_grid_count(const pd_grid *grid, pd_kind kind);
-
 #ifdef PDI_INTERNAL
+/* Number of nodes of one kind inside the box. */
+PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
+
 /* Pieces of lattice lines shorter than this are not worth a vector. */
 #define PDI_VECTOR 8
 /* Cell index (ghosts negative) of a node. */

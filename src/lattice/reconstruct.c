@@ -143,14 +143,14 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
 {
     const pd_bonds *bonds = slopes->bonds;
     if (count <= slopes->capacity && bonds->capacity <= slopes->rows) return PD_OK;
-    pd_reconstruct_free(ctx, slopes);
+    pdi_reconstruct_free(ctx, slopes);
     slopes->bonds = bonds;
     slopes->capacity = count + count / 4;
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
 
-pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -246,7 +246,7 @@ PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int3
     return pdi_quadratic_solve(&fit);
 }
 
-void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 {
     pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
     memset(slopes, 0, sizeof *slopes);

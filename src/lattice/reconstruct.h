@@ -23,14 +23,11 @@ typedef struct pd_reconstruct {
     int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
 } pd_reconstruct;
 
-#define pd_reconstruct_update PD_NAME(pd_reconstruct_update)
-#define pd_reconstruct_free PD_NAME(pd_reconstruct_free)
-
-/* The fits as the geometry is; `slopes` holds zeros or those of before. */
-PD_API pd_status pd_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
-PD_API void pd_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
-
 #ifdef PDI_INTERNAL
+/* The fits as the geometry is; `slopes` holds zeros or those of before. */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes);
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
+
 /* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
  * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
 PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);

@@ -108,13 +108,13 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     return HUGE_VAL;
 }
 
-int pd_shape_exact(const pd_shape *shapes, int index)
+PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_VOXELS) return 0;
     int children = s->type >= PD_SHAPE_UNION ? s->children : 0;
     for (int c = 0; c < children; c++)
-        if (!pd_shape_exact(shapes, s->child[c])) return 0;
+        if (!pdi_shape_exact(shapes, s->child[c])) return 0;
     return 1;
 }
 

@@ -33,7 +33,6 @@ typedef struct pd_shape {
 
 #define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
-#define pd_shape_exact PD_NAME(pd_shape_exact)
 
 /* Limits of an array of shapes: entries, and evaluations of primitives and operations for one point, entries that are
  * used n times counting n times. */
@@ -46,7 +45,9 @@ PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int coun
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
+#ifdef PDI_INTERNAL
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
-PD_API int pd_shape_exact(const pd_shape *shapes, int index);
+PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
+#endif
 
 #endif

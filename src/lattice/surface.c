@@ -110,7 +110,7 @@ static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], smallest = grid->h[0], level = 0.0, cells = 0.0;
-    if (shape < 0 || !pd_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
+    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape) || !(pdi_surface_level(r, shape, r->x) > 0.0)) return;
     for (int d = 1; d < PD_DIM; d++) smallest = fmin(smallest, grid->h[d]);
     memcpy(at, to, sizeof at);
     double first = pdi_surface_level(r, shape, at);

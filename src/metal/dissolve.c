@@ -165,7 +165,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
-        PDI_TRY(pd_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
+        PDI_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
         d->weight = d->kernel.weight;
     }
     d->kinds = desc->more_count + 1;
@@ -320,7 +320,7 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
     return formed;
 }
 
-pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
+PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
     d->rated = d->gone_count = 0;
@@ -336,7 +336,7 @@ pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
-double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 {
     double fastest = 0.0;
     (void)ctx;
@@ -512,7 +512,7 @@ static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double
     pdi_dissolve_rates(ctx, d);
 }
 
-pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
+PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_transport_result *result)
 {
     pd_transport *t = d->transport;
     memset(result, 0, sizeof *result);
@@ -529,7 +529,7 @@ pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, pd_trans
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -538,7 +538,7 @@ pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
+PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
     double volume;
     (void)ctx;
@@ -556,7 +556,7 @@ double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
 
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
-    pd_front_free(ctx, &d->kernel);
+    pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     memset(d, 0, sizeof *d);

@@ -18,32 +18,29 @@
 #include "metal/metal.h"
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_prepare PD_NAME(pd_dissolve_prepare)
-#define pd_dissolve_fastest PD_NAME(pd_dissolve_fastest)
-#define pd_dissolve_transport PD_NAME(pd_dissolve_transport)
-#define pd_dissolve_finish PD_NAME(pd_dissolve_finish)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
 #define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+#ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
  * node, place and concentration). */
-PD_API pd_status pd_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
+PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
-PD_API double pd_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
-PD_API pd_status pd_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
+PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
-PD_API pd_status pd_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
+PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
 /* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
+#endif
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);

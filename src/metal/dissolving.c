@@ -13,7 +13,7 @@
 
 static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
 {
-    return pd_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
+    return pdi_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
 }
 
 /* The longest admissible step. */
@@ -26,8 +26,8 @@ static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
     d->lost = s->lost;
     d->time = s->time;
     q->first = 0.0;
-    PDI_TRY(pd_dissolve_prepare(ctx, d));
-    double fastest = pd_dissolve_fastest(ctx, d);
+    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
     return pdi_process_span(ctx, self, s);
@@ -60,11 +60,11 @@ static pd_status pdi_dissolving_attempt(pd_ctx *ctx, void *self, pd_step *s)
     if (s->error < 1.0) return PD_RETRY;
     if (!d->uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
         d->time = s->time + 0.5 * s->dt;
-        PDI_TRY(pd_dissolve_prepare(ctx, d));
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
     }
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pd_transport_at(ctx, d->transport, end));
-    pd_status status = pd_dissolve_transport(ctx, d, s->dt, &q->result);
+    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &q->result);
     q->krylov += status < 0 ? 0 : q->result.krylov;
     q->first = fmax(q->first, s->dt);
     return status;
@@ -94,7 +94,7 @@ static pd_status pdi_dissolving_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = q->dissolve;
     q->out += s->dt * d->transport->outflow;
     q->in += s->dt * d->transport->inflow;
-    PDI_TRY(pd_dissolve_finish(ctx, d, s->dt));
+    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
     q->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;

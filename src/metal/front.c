@@ -88,22 +88,15 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     return PD_OK;
 }
 
-pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights, pd_front *f)
+PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                 pd_front *f)
 {
     pd_status status = pdi_front_make(ctx, stencil, kernel, weights, f);
-    if (status < 0) pd_front_free(ctx, f);
+    if (status < 0) pdi_front_free(ctx, f);
     return status;
 }
 
-double pd_front_measure(const pd_front *f, const double *normal)
-{
-    double sum = 0.0;
-    for (int k = 0; k < f->stencil->count; k++)
-        sum += 0.5 * f->weight[k] * fabs(pdi_vec_dot(f->stencil->xi + k * PD_DIM, normal));
-    return sum;
-}
-
-void pd_front_free(pd_ctx *ctx, pd_front *f)
+PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 {
     pdi_owner_free(ctx, pdi_front_list, f);
     memset(f, 0, sizeof *f);

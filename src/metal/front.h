@@ -8,7 +8,9 @@
 #ifndef PD_FRONT_H
 #define PD_FRONT_H
 #include "core/owner.h"
+#include "core/vec.h"
 #include "lattice/stencil.h"
+#include <math.h>
 
 typedef enum pd_kernel {
     PD_KERNEL_AREA = 0, /* b = c(n), the area weights of eq. 6.3: f closest to 1 in all directions */
@@ -25,18 +27,22 @@ typedef struct pd_front {
                      * micro-dissolvability of that paper is k_diss = v ln(Cs/Csat) micro. 0 otherwise */
 } pd_front;
 
-#define pd_front_build PD_NAME(pd_front_build)
-#define pd_front_measure PD_NAME(pd_front_measure)
-#define pd_front_free PD_NAME(pd_front_free)
-
+#ifdef PDI_INTERNAL
 /* The stencil is borrowed. PD_WEIGHTS_PRINTED: continuum coefficients, for which f = 1 only when m is large; on unequal
  * spacings those of the smallest one times (delta_ref/delta_theta)^d, delta_theta = m |xi|/|n|. PD_ERR_ARGUMENT:
  * there are no printed area weights, and in 1D no inverse squares. PD_ERR_GEOMETRY: a calibrated weight is negative. */
-PD_API pd_status pd_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
-                                pd_front *front);
+PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
+                                 pd_front *front);
+PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *front);
 /* f(N) [-] of a unit vector. */
-PD_API double pd_front_measure(const pd_front *front, const double *normal);
-PD_API void pd_front_free(pd_ctx *ctx, pd_front *front);
+static inline double pdi_front_measure(const pd_front *front, const double *normal)
+{
+    double sum = 0.0;
+    for (int k = 0; k < front->stencil->count; k++)
+        sum += 0.5 * front->weight[k] * fabs(pdi_vec_dot(front->stencil->xi + k * PD_DIM, normal));
+    return sum;
+}
+#endif
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_front_list(pdi_owner *owner, void *front);

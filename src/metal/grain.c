@@ -541,8 +541,8 @@ pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_gri
     return PD_OK;
 }
 
-pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
-                           pd_grain_stats *stats)
+PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
+                                   pd_grain_stats *stats)
 {
     double *share = NULL, volume = 1.0, sum = 0.0, square = 0.0;
     pdi_sum boundary = {0.0, 0.0};

@@ -39,7 +39,6 @@ typedef struct pd_grain_stats {
 #define pd_grain_build PD_NAME(pd_grain_build)
 #define pd_grain_free PD_NAME(pd_grain_free)
 #define pd_grain_fraction PD_NAME(pd_grain_fraction)
-#define pd_grain_measure PD_NAME(pd_grain_measure)
 
 /* Ids of the solid nodes and of all nodes within one stencil reach of them. The same bits for any thread count.
  * PD_ERR_ARGUMENT: a parameter out of range, a size below the spacing. PD_ERR_SIZE: too many grains. */
@@ -50,8 +49,10 @@ PD_API void pd_grain_free(pd_ctx *ctx, pd_grain *grain);
  * coarse grids on (0.5 % at 4 cells a grain). PD_ERR_ARGUMENT: grains of another grid. */
 PD_API pd_status pd_grain_fraction(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_grain *grain,
                                    float *fraction);
+#ifdef PDI_INTERNAL
 /* Statistics of the solid as it is; fraction from pd_grain_fraction, or NULL (boundary_fraction is then 0). */
-PD_API pd_status pd_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
-                                  pd_grain_stats *stats);
+PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_grain *grain, const float *fraction,
+                                   pd_grain_stats *stats);
+#endif
 
 #endif

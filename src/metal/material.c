@@ -10,11 +10,6 @@ static const pd_material pdi_material_list[] = {{"mg4ag", 1738.0, 0.024305, 2.0}
                                                 {"copper", 8960.0, 0.063546, 2.0},
                                                 {"alloy625", 8440.0, 0.05978, 2.374}};
 
-pd_material pd_material_mg4ag(void) { return pdi_material_list[0]; }
-pd_material pd_material_steel304(void) { return pdi_material_list[1]; }
-pd_material pd_material_copper(void) { return pdi_material_list[2]; }
-pd_material pd_material_alloy625(void) { return pdi_material_list[3]; }
-
 int pd_material_find(const char *name, pd_material *material)
 {
     for (size_t k = 0; k < sizeof pdi_material_list / sizeof pdi_material_list[0]; k++) {

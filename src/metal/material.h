@@ -20,34 +20,26 @@ typedef struct pd_material {
     double charge;     /* [-] electrons given off by one atom */
 } pd_material;
 
-#define pd_material_mg4ag PD_NAME(pd_material_mg4ag)
-#define pd_material_steel304 PD_NAME(pd_material_steel304)
-#define pd_material_copper PD_NAME(pd_material_copper)
-#define pd_material_alloy625 PD_NAME(pd_material_alloy625)
 #define pd_material_find PD_NAME(pd_material_find)
 #define pd_material_concentration PD_NAME(pd_material_concentration)
 #define pd_material_speed PD_NAME(pd_material_speed)
 
-/* Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
+/* The preset of a name: 1 when there is one, else 0 and *material stays.
+ *
+ * mg4ag: Mg-4Ag with the figures of pure magnesium: density 1738 kg/m3 (CRC Handbook of Chemistry and Physics,
  * section 4), molar mass 24.305 g/mol (IUPAC 2021), z = 2 (Mg -> Mg2+ + 2 e-). The wire of Reimers et al. 2023, ACS
- * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted. */
-PD_API pd_material pd_material_mg4ag(void);
-/* Stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic masses of IUPAC
- * 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L. */
-PD_API pd_material pd_material_steel304(void);
-/* Copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2. */
-PD_API pd_material pd_material_copper(void);
-/* Nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095, 2.4856); with
- * the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+ and Nb5+.
- * Cs = 141.2 mol/L. */
-PD_API pd_material pd_material_alloy625(void);
-/* The preset of a name ("mg4ag", "steel304", "copper", "alloy625"). 1 when there is one, else *material stays. */
+ * Appl. Mater. Interfaces 15, 35600; its 4 % of silver are not counted.
+ * steel304: stainless steel 304 as Fe-18Cr-8Ni (mass %): density 7900 kg/m3 (EN 10088-1, 1.4301); with the atomic
+ * masses of IUPAC 2021 mean molar mass 55.32 g/mol, and z = 2.19 as Fe2+, Cr3+ and Ni2+. Cs = 142.8 mol/L.
+ * copper: density 8960 kg/m3 (CRC Handbook, section 4), molar mass 63.546 g/mol (IUPAC 2021), z = 2.
+ * alloy625: nickel alloy 625 (UNS N06625) as Ni-21.5Cr-9Mo-4.85Fe-3.65Nb (mass %): density 8440 kg/m3 (EN 10095,
+ * 2.4856); with the atomic masses of IUPAC 2021 mean molar mass 59.78 g/mol, and z = 2.374 as Ni2+, Cr3+, Mo3+, Fe2+
+ * and Nb5+. Cs = 141.2 mol/L. */
 PD_API int pd_material_find(const char *name, pd_material *material);
 /* Concentration Cs [mol/m3] of the intact metal. */
 PD_API double pd_material_concentration(const pd_material *material);
 /* Recession speed v = i/(z F Cs) [m/s] at the current density i [A/m2] (Faraday's law). */
 PD_API double pd_material_speed(const pd_material *material, double current);
-
 #ifdef PDI_INTERNAL
 #define PDI_MATERIAL_NAMES "mg4ag, steel304, copper or alloy625"
 #endif

@@ -80,7 +80,7 @@ typedef struct pd_dissolve {
     double lead;              /* [-] content at which a node joins the fluid and its solid neighbours take the rest, so
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
-    double time;              /* [s] of the law, set by the caller before pd_dissolve_prepare */
+    double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
     double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
                                * any */
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */

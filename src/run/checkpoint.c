@@ -1,6 +1,5 @@
 /* checkpoint: see checkpoint.h */
 #include "run/checkpoint.h"
-#include "io/store.h"
 #include "scene/fingerprint.h"
 #include <string.h>
 
@@ -34,29 +33,6 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
     PDI_TRY(PDI_SAME(ctx, archive, "fraction", u->fraction));
     PDI_TRY(PDI_SAME(ctx, archive, "max_step [s]", u->max_step));
     return pd_couple_store(ctx, &model->couple, archive);
-}
-
-/* The model through a store that was just created or opened. */
-static pd_status pdi_checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
-{
-    pd_status status = pdi_checkpoint_model(ctx, model, &store->archive);
-    if (status == PD_OK) return pd_store_close(ctx, store);
-    pd_store_abandon(store);
-    return status;
-}
-
-pd_status pd_checkpoint_save(pd_ctx *ctx, const char *path, pd_model *model)
-{
-    pd_store store;
-    PDI_TRY(pd_store_create(ctx, path, &store));
-    return pdi_checkpoint_move(ctx, model, &store);
-}
-
-pd_status pd_checkpoint_load(pd_ctx *ctx, const char *path, pd_model *model)
-{
-    pd_store store;
-    PDI_TRY(pd_store_open(ctx, path, &store));
-    return pdi_checkpoint_move(ctx, model, &store);
 }
 
 #undef PDI_CHECKPOINT_SCENE

@@ -253,7 +253,7 @@ static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor
     return PD_OK;
 }
 
-pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
 {
     pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
     if (status < 0) memset(twin, 0, sizeof *twin);

@@ -14,11 +14,11 @@ typedef struct pd_coarser {
     double share[PD_SETUP_MONITORS];  /* [-] of each monitor in the figures of its section */
 } pd_coarser;
 
-#define pd_coarser_build PD_NAME(pd_coarser_build)
-
+#ifdef PDI_INTERNAL
 /* factor: 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot hold the scene: the box is no whole number of its
  * cells or the face of a box no plane of it, fluid, solid or wall is thinner than one of them or lost on it, a plane is
  * left without a place. PD_ERR_SIZE: more planes than there is room for. */
-PD_API pd_status pd_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
+#endif
 
 #endif

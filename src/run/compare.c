@@ -54,8 +54,8 @@ static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_se
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
     PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
     if (pd_units_same(&dims, &r->dims)) return PD_OK;
-    pd_units_describe(&r->dims, found);
-    pd_units_describe(&dims, wanted);
+    pdi_units_describe(&r->dims, found);
+    pdi_units_describe(&dims, wanted);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"
                     " unit of the column behind 'in'", r->name, found, wanted, r->figure);
 }
@@ -68,7 +68,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     c->monitors = monitors;
     c->share = share;
     c->curves = curves;
-    if (model->setup->records) PDI_TRY(pd_figures_collect(ctx, model, monitors, &c->figures));
+    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, &c->figures));
     for (int k = 0; k < model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         d->record = &model->setup->record[k];
@@ -80,7 +80,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     return PD_OK;
 }
 
-void pd_compare_free(pd_ctx *ctx, pd_compare *c)
+PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *c)
 {
     for (int k = 0; k < PD_SETUP_RECORDS; k++) {
         pd_compared *d = &c->list[k];
@@ -92,19 +92,19 @@ void pd_compare_free(pd_ctx *ctx, pd_compare *c)
     memset(c, 0, sizeof *c);
 }
 
-pd_status pd_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share, int curves,
-                           pd_compare *c)
+PDI_FN pd_status pdi_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
+                                   int curves, pd_compare *c)
 {
     pd_status status = pdi_compare_make(ctx, model, monitors, share, curves, c);
     int line = c->line; /* of the scene: what is refused */
     if (status < 0) {
-        pd_compare_free(ctx, c);
+        pdi_compare_free(ctx, c);
         c->line = line;
     }
     return status;
 }
 
-double pd_compare_next(const pd_compare *c, double time, double t_end)
+PDI_FN double pdi_compare_next(const pd_compare *c, double time, double t_end)
 {
     double next = t_end;
     int records = c->model ? c->model->setup->records : 0;
@@ -121,7 +121,7 @@ static int pdi_compare_at(const pd_setup_record *r, int point, double time)
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_SAME * time;
 }
 
-int pd_compare_due(const pd_compare *c, double time)
+PDI_FN int pdi_compare_due(const pd_compare *c, double time)
 {
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; k < records; k++)
@@ -143,12 +143,12 @@ static pd_status pdi_compare_room(pd_ctx *ctx, pd_compared *d, int64_t rows)
     return PD_OK;
 }
 
-pd_status pd_compare_step(pd_ctx *ctx, pd_compare *c)
+PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *c)
 {
     double time = c->model->couple.time;
     if (!c->model->setup->records) return PD_OK;
     c->figures.count = 0;
-    PDI_TRY(pd_figures_collect(ctx, c->model, c->monitors, &c->figures));
+    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, &c->figures));
     for (int k = 0; k < c->model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         double value;
@@ -179,7 +179,7 @@ PDI_FN pd_status pdi_compare_store(pd_ctx *ctx, pd_compare *c, pd_archive *archi
 
 /* ---- what it says ---- */
 
-void pd_compare_judge(const pd_compared *d, pd_compare_result *result)
+PDI_FN void pdi_compare_judge(const pd_compared *d, pd_compare_result *result)
 {
     const pd_setup_record *r = d->record;
     double square = 0.0;
@@ -198,14 +198,14 @@ void pd_compare_judge(const pd_compared *d, pd_compare_result *result)
     if (!result->points) result->largest = result->at = (double)NAN;
 }
 
-void pd_compare_print(const pd_compare *c, pd_print_fn print, void *user)
+PDI_FN void pdi_compare_print(const pd_compare *c, pd_print_fn print, void *user)
 {
     char text[640], unit[PD_UNITS_TEXT];
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; print && k < records; k++) {
         const pd_setup_record *r = c->list[k].record;
         pd_compare_result result;
-        pd_compare_judge(&c->list[k], &result);
+        pdi_compare_judge(&c->list[k], &result);
         memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
         for (char *u = unit; *u; u++)
             if (*u == ' ') *u = '*'; /* one word of the line */
@@ -232,7 +232,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         list[k] = names[k];
     }
     snprintf(file, sizeof file, "measured_%s.csv", r->name);
-    PDI_TRY(pd_folder_add(ctx, folder, file, path));
+    PDI_TRY(pdi_folder_add(ctx, folder, file, path));
     PDI_TRY(PDI_NEW(ctx, "compare", 5 * r->points, rows));
     for (int p = 0; p < r->points; p++) {
         double *row = rows + 5 * p;
@@ -242,8 +242,8 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         row[3] = d->computed[p] / r->scale;
         row[4] = row[3] - row[1];
     }
-    pd_status status = pd_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
-                                    r->points);
+    pd_status status = pdi_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
+                                     r->points);
     PDI_DELETE(ctx, 5 * r->points, rows);
     return status;
 }
@@ -281,14 +281,14 @@ static pd_status pdi_compare_draw(pd_ctx *ctx, const pd_compare *c, const pd_com
     int64_t size = 2 * d->rows + 3 * (int64_t)d->record->points;
     if (strcmp(d->record->figure, "volume_loss") == 0 || d->rows < 2) return PD_OK;
     snprintf(file, sizeof file, "measured_%s.png", d->record->name);
-    PDI_TRY(pd_folder_add(ctx, folder, file, path));
+    PDI_TRY(pdi_folder_add(ctx, folder, file, path));
     PDI_TRY(PDI_NEW(ctx, "compare", size, work));
     pd_status status = pdi_compare_curve(ctx, c, d, path, work);
     PDI_DELETE(ctx, size, work);
     return status;
 }
 
-pd_status pd_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
+PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
 {
     for (int k = 0; k < c->model->setup->records; k++) {
         PDI_TRY(pdi_compare_table(ctx, &c->list[k], folder));

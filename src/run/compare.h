@@ -35,33 +35,24 @@ typedef struct pd_compare_result {
     double at;            /* [s] time of the largest difference */
 } pd_compare_result;
 
-#define pd_compare_build PD_NAME(pd_compare_build)
-#define pd_compare_free PD_NAME(pd_compare_free)
-#define pd_compare_next PD_NAME(pd_compare_next)
-#define pd_compare_due PD_NAME(pd_compare_due)
-#define pd_compare_step PD_NAME(pd_compare_step)
-#define pd_compare_judge PD_NAME(pd_compare_judge)
-#define pd_compare_write PD_NAME(pd_compare_write)
-#define pd_compare_print PD_NAME(pd_compare_print)
-
+#ifdef PDI_INTERNAL
 /* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
  * dimension than the points. */
-PD_API pd_status pd_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
-                                  int curves, pd_compare *compare);
-PD_API void pd_compare_free(pd_ctx *ctx, pd_compare *compare);
+PDI_FN pd_status pdi_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
+                                   int curves, pd_compare *compare);
+PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *compare);
 /* Time of the next point behind `time` [s], at most t_end [s]. */
-PD_API double pd_compare_next(const pd_compare *compare, double time, double t_end);
-/* 1 when the next call of pd_compare_step needs the figures of this instant. */
-PD_API int pd_compare_due(const pd_compare *compare, double time);
+PDI_FN double pdi_compare_next(const pd_compare *compare, double time, double t_end);
+/* 1 when the next call of pdi_compare_step needs the figures of this instant. */
+PDI_FN int pdi_compare_due(const pd_compare *compare, double time);
 /* What the present figures, which the monitors hold, tell. */
-PD_API pd_status pd_compare_step(pd_ctx *ctx, pd_compare *compare);
-PD_API void pd_compare_judge(const pd_compared *compared, pd_compare_result *result);
+PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *compare);
+PDI_FN void pdi_compare_judge(const pd_compared *compared, pd_compare_result *result);
 /* The files of all points. PD_ERR_FILE. */
-PD_API pd_status pd_compare_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
+PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
 /* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
-PD_API void pd_compare_print(const pd_compare *compare, pd_print_fn print, void *user);
+PDI_FN void pdi_compare_print(const pd_compare *compare, pd_print_fn print, void *user);
 
-#ifdef PDI_INTERNAL
 /* What is kept of the instants so far. */
 PDI_FN pd_status pdi_compare_store(pd_ctx *ctx, pd_compare *compare, pd_archive *archive);
 #endif

@@ -63,7 +63,7 @@ static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_esti
 {
     pd_coarser *twin = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pd_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
+    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
     if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
     PDI_DELETE(ctx, 1, twin);
     return status < 0 ? status : PD_OK;

@@ -18,11 +18,12 @@ typedef struct pd_figures {
     int count, room;
 } pd_figures;
 
-#define pd_figures_collect PD_NAME(pd_figures_collect)
 #define pd_figures_free PD_NAME(pd_figures_free)
 
+#ifdef PDI_INTERNAL
 /* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
-PD_API pd_status pd_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+#endif
 PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
 
 #endif

@@ -154,7 +154,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pd_coarser_build(f->ctx, setup, f->factor, f->twin));
+        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->twin));
         dry.share = f->twin->share;
         setup = &f->twin->setup;
     }
@@ -286,7 +286,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.user = f;
     d.told = pdi_fit_told;
     f->least = HUGE_VAL;
-    pd_status status = pd_least_squares_solve(f->ctx, &d, &f->fit->squares);
+    pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
     if (status >= 0 || !f->fit->squares.idle) return status;
     f->fit->bad_input = 1;

@@ -189,8 +189,8 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     memset(&unsteady, 0, sizeof unsteady);
     steady.flow = implicit.flow = unsteady.flow = &plan->flow;
     jacobian.flow = &plan->flow;
-    if (pd_wall_moves(u)) plan->flow.wall = pd_wall_velocity;
-    if (u->pushed) plan->flow.push = pd_inlet_body;
+    if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
+    if (u->pushed) plan->flow.push = pdi_inlet_body;
     *bytes = pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         pdi_steady_krylov(&steady, &kd);
@@ -238,7 +238,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
         *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
         return;
     }
-    if (pd_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
@@ -344,7 +344,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 
-pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
+PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);

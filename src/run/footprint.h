@@ -23,12 +23,14 @@ typedef struct pd_footprint {
 } pd_footprint;
 
 #define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
-#define pd_footprint_check PD_NAME(pd_footprint_check)
 
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
 PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+
+#ifdef PDI_INTERNAL
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
  * PD_ERR_SIZE when the lattice has more nodes than an int32 counts. */
-PD_API pd_status pd_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry);
+#endif
 
 #endif

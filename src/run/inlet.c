@@ -192,7 +192,7 @@ static int pdi_inlet_timed(const pd_setup *u)
     return timed;
 }
 
-double pd_inlet_mean(const pd_inlet *inlet, int side)
+PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side)
 {
     const pd_setup_side *s = &inlet->setup->side[side];
     double at[PD_DIM] = {0.0};
@@ -225,7 +225,7 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
         inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
-        if (s->stream.uses) inlet->mean[side] = pd_inlet_mean(inlet, side);
+        if (s->stream.uses) inlet->mean[side] = pdi_inlet_mean(inlet, side);
         if (s->profile == PD_PROFILE_EXPRESSION) inlet->mean[side] = layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
@@ -233,7 +233,7 @@ static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_gri
     return PD_OK;
 }
 
-pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
+PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     pd_status status = pdi_inlet_make(ctx, setup, grid, inlet);
     int latest = inlet->latest;
@@ -251,7 +251,7 @@ static double pdi_inlet_round_profile(double k, double s)
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
-void pd_inlet_velocity(void *user, const double *x, double *u)
+PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *setup = inlet->setup;
@@ -265,7 +265,7 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
             pdi_inlet_expression(s, x, inlet->time, u);
             return;
         }
-        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pd_inlet_mean(inlet, side) : inlet->mean[side]);
+        u[axis] = pdi_inlet_sign(side) * (s->stream.uses ? pdi_inlet_mean(inlet, side) : inlet->mean[side]);
         if (s->profile != PD_PROFILE_PARABOLA) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
             double inner = inlet->inner[side], width = inlet->width[side];
@@ -282,7 +282,7 @@ void pd_inlet_velocity(void *user, const double *x, double *u)
     }
 }
 
-int pd_inlet_enters(void *user, int side, const double *x)
+PDI_FN int pdi_inlet_enters(void *user, int side, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
     if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
@@ -290,7 +290,7 @@ int pd_inlet_enters(void *user, int side, const double *x)
     return side % 2 ? v < 0.0 : v > 0.0;
 }
 
-double pd_inlet_entering(void *user, const double *x)
+PDI_FN double pdi_inlet_entering(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
@@ -302,7 +302,7 @@ double pd_inlet_entering(void *user, const double *x)
     return u->inlet;
 }
 
-void pd_inlet_body(void *user, const double *x, double *force)
+PDI_FN void pdi_inlet_body(void *user, const double *x, double *force)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval(&inlet->setup->body[d], x, inlet->time);

@@ -18,27 +18,22 @@ typedef struct pd_inlet {
     int latest;                 /* the side that was measured last: the one that the build refuses */
 } pd_inlet;
 
-#define pd_inlet_build PD_NAME(pd_inlet_build)
-#define pd_inlet_mean PD_NAME(pd_inlet_mean)
-#define pd_inlet_velocity PD_NAME(pd_inlet_velocity)
-#define pd_inlet_enters PD_NAME(pd_inlet_enters)
-#define pd_inlet_entering PD_NAME(pd_inlet_entering)
-#define pd_inlet_body PD_NAME(pd_inlet_body)
-
+#ifdef PDI_INTERNAL
 /* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where no
  * parabola fits (two openings, a rectangular duct, solid in the opening). setup and grid are borrowed; nothing is
  * allocated. */
-PD_API pd_status pd_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
+PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 /* Mean velocity [m/s] into the box through a side at inlet->time. */
-PD_API double pd_inlet_mean(const pd_inlet *inlet, int side);
+PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
 /* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
  * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
-PD_API void pd_inlet_velocity(void *user, const double *x, double *u);
+PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u);
 /* A pd_entry_fn, user being the pd_setup: where a given flow enters through open sides. */
-PD_API int pd_inlet_enters(void *user, int side, const double *x);
+PDI_FN int pdi_inlet_enters(void *user, int side, const double *x);
 /* A pd_point_fn, user being the pd_inlet: the concentration [mol/m3] behind inlets and open sides. */
-PD_API double pd_inlet_entering(void *user, const double *x);
+PDI_FN double pdi_inlet_entering(void *user, const double *x);
 /* A pd_velocity_fn, user being the pd_inlet: the body force [m/s2] that is no constant. */
-PD_API void pd_inlet_body(void *user, const double *x, double *force);
+PDI_FN void pdi_inlet_body(void *user, const double *x, double *force);
+#endif
 
 #endif

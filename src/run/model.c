@@ -23,10 +23,10 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
     box.shapes = u->shapes ? u->shape : NULL;
     box.axisymmetric = u->axisymmetric;
-    box.solid = u->solid;
-    box.wall = u->wall;
+    if (u->solid >= 0) box.solid = &u->shape[u->solid];
+    if (u->wall >= 0) box.wall = &u->shape[u->wall];
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].open) box.entry = pd_inlet_enters;
+        if (u->side[s].open) box.entry = pdi_inlet_enters;
     box.entry_user = (void *)u; /* only read */
     PDI_TRY(pd_stencil_build(ctx, &family, stencil));
     if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
@@ -37,7 +37,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
-    pd_status status = pd_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
+    pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
 }
@@ -66,7 +66,7 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     implicit.rtol = u->flow_rtol;
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
-    pd_flow_prepare(ctx, &m->flow);
+    pdi_flow_prepare(ctx, &m->flow);
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
     return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
@@ -82,7 +82,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.rho = u->rho;
     flow.mu = u->mu;
     for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
-    if (u->pushed) flow.body = pd_inlet_body;
+    if (u->pushed) flow.body = pdi_inlet_body;
     flow.body_user = &m->inlet;
     if (m->inlet.timed) flow.clock = &m->inlet.time;
     flow.p_out = u->p_out;
@@ -93,9 +93,9 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
-    if (m->inlet.inlets) flow.inlet = pd_inlet_velocity;
+    if (m->inlet.inlets) flow.inlet = pdi_inlet_velocity;
     flow.inlet_user = &m->inlet;
-    if (pd_wall_moves(u)) flow.wall = pd_wall_velocity;
+    if (pdi_wall_moves(u)) flow.wall = pdi_wall_velocity;
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
@@ -173,8 +173,8 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
-    if (pd_wall_holds(u)) desc.held = pd_wall_held;
-    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pd_inlet_entering;
+    if (pdi_wall_holds(u)) desc.held = pdi_wall_held;
+    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
@@ -194,7 +194,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
-    PDI_TRY(pd_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
+    PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
     for (int32_t i = 0; i < m->grid.total; i++)
@@ -219,7 +219,7 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 /* 1 for nodes in front of a passive film. */
@@ -361,7 +361,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
+PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
     memset(m, 0, sizeof *m);
@@ -374,12 +374,12 @@ pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
         status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, &m->couple);
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
-    if (status < 0) pd_model_free(ctx, m);
+    if (status < 0) pdi_model_free(ctx, m);
     m->line = line;
     return status;
 }
 
-void pd_model_free(pd_ctx *ctx, pd_model *m)
+PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);

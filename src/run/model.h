@@ -38,15 +38,12 @@ typedef struct pd_model {
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;
 
-#define pd_model_build PD_NAME(pd_model_build)
-#define pd_model_free PD_NAME(pd_model_free)
-
+#ifdef PDI_INTERNAL
 /* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
  * negative or not finite. */
-PD_API pd_status pd_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
-PD_API void pd_model_free(pd_ctx *ctx, pd_model *model);
+PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
+PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *model);
 
-#ifdef PDI_INTERNAL
 /* What the solvers have done since the start, and what they have reached; zero where there is none. */
 typedef struct pdi_effort {
     int64_t flow_solves;             /* of a flow in time: steps of the run */

@@ -288,8 +288,8 @@ static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
     snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PDI_TRY(pd_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
-    return pd_folder_add(ctx, all->folder, name, path);
+    PDI_TRY(pdi_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pdi_folder_add(ctx, all->folder, name, path);
 }
 
 static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
@@ -317,7 +317,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pd_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    PDI_TRY(pdi_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
     PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
@@ -339,8 +339,8 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_table_name(m, name);
-    PDI_TRY(pd_folder_add(ctx, all->folder, name, path));
-    return pd_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+    PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
+    return pdi_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -367,7 +367,7 @@ static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd
 {
     const pd_setup *u = model->setup;
     char deep[PD_UNITS_TEXT];
-    if (u->wall < 0 || !pd_shape_exact(u->shape, u->wall))
+    if (u->wall < 0 || !pdi_shape_exact(u->shape, u->wall))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                         "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
                         probe->name);
@@ -399,23 +399,23 @@ static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all
     return PD_OK;
 }
 
-pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     pd_status status = pdi_monitor_make(ctx, model, all);
     int line = all->line;
-    if (status < 0) pd_monitors_free(ctx, all);
+    if (status < 0) pdi_monitors_free(ctx, all);
     all->line = line;
     return status;
 }
 
-pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
+PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *archive)
 {
     for (int k = 0; k < all->model->setup->monitors; k++)
         if (all->monitor[k].count) PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &all->monitor[k].table));
     return PD_OK;
 }
 
-pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
 {
     char name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     all->folder = folder;
@@ -429,7 +429,7 @@ pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, p
     return PD_OK;
 }
 
-pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
 {
     all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
@@ -437,7 +437,7 @@ pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
     return PD_OK;
 }
 
-pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
 {
     double row[PD_MONITOR_FIGURES + 1];
     int count = all->model->setup->monitors;
@@ -445,19 +445,19 @@ pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *all)
     pdi_sample_prepare(all->model);
     /* sources belong to a step: before the first one they are those that it starts with */
     if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
-        PDI_TRY(pd_dissolve_prepare(ctx, &all->model->dissolve));
+        PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->couple.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
-        PDI_TRY(pd_csv_row(ctx, &m->table, row));
+        PDI_TRY(pdi_csv_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
 
-pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
 {
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
@@ -466,7 +466,7 @@ pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
-void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
+PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
     if (!print) return;
@@ -483,18 +483,18 @@ void pd_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
     }
 }
 
-pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *all)
+PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *all)
 {
-    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pd_csv_close(ctx, &all->monitor[k].table));
+    for (int k = 0; k < all->model->setup->monitors; k++) PDI_TRY(pdi_csv_close(ctx, &all->monitor[k].table));
     return PD_OK;
 }
 
-void pd_monitors_free(pd_ctx *ctx, pd_monitors *all)
+PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
-        pd_csv_close(&quiet, &m->table);
+        pdi_csv_close(&quiet, &m->table);
         PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PDI_DELETE(ctx, m->rows, m->flux);
         PDI_DELETE(ctx, m->rows, m->area);

@@ -39,31 +39,23 @@ typedef struct pd_monitors {
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
 
-#define pd_monitors_build PD_NAME(pd_monitors_build)
-#define pd_monitors_open PD_NAME(pd_monitors_open)
-#define pd_monitors_save PD_NAME(pd_monitors_save)
-#define pd_monitors_resume PD_NAME(pd_monitors_resume)
-#define pd_monitors_step PD_NAME(pd_monitors_step)
-#define pd_monitors_frame PD_NAME(pd_monitors_frame)
-#define pd_monitors_print PD_NAME(pd_monitors_print)
-#define pd_monitors_close PD_NAME(pd_monitors_close)
-#define pd_monitors_free PD_NAME(pd_monitors_free)
-
+#ifdef PDI_INTERNAL
 /* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
  * too close to other walls. */
-PD_API pd_status pd_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
+PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an open folder. PD_ERR_FILE. */
-PD_API pd_status pd_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
-/* Note where the tables stand, and, in place of pd_monitors_open, go on with them from there. */
-PD_API pd_status pd_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
-PD_API pd_status pd_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
+/* Note where the tables stand, and, in place of pdi_monitors_open, go on with them from there. */
+PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
 /* The present figures, and a row of the tables that are open. */
-PD_API pd_status pd_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
-PD_API pd_status pd_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* A line "result case=... monitor=..." with the last figures of each table. */
-PD_API void pd_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
-PD_API pd_status pd_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
-PD_API void pd_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN void pdi_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
+PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
+#endif
 
 #endif

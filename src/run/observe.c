@@ -57,14 +57,14 @@ static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observa
     return PDI_NEW(ctx, "observe", o->layers, o->layer);
 }
 
-pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     pd_status status = pdi_observe_make(ctx, model, o);
-    if (status < 0) pd_observe_free(ctx, o);
+    if (status < 0) pdi_observe_free(ctx, o);
     return status;
 }
 
-void pd_observe_free(pd_ctx *ctx, pd_observables *o)
+PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o)
 {
     PDI_DELETE(ctx, o->layers, o->layer);
     PDI_DELETE(ctx, o->nodes, o->depth);
@@ -104,7 +104,7 @@ static void pdi_observe_planes(const pd_grid *grid, int axis, int *low, int *hig
     if (*high > n - 1) *high = n - 1;
 }
 
-/* The sums of pd_flow_section_nodes for all layers in one sweep. */
+/* The sums of pdi_flow_section_nodes for all layers in one sweep. */
 static void pdi_observe_layers(const pd_model *m, pd_observables *o)
 {
     const pd_grid *grid = &m->grid;
@@ -137,7 +137,7 @@ static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
     for (int32_t k = 0; k < o->layers; k++) o->flux_max = fmax(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
-void pd_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
+PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *m, pd_observables *o)
 {
     o->volume_loss = pd_couple_volume_loss(&m->couple);
     pdi_observe_extremes(m, o);

@@ -22,16 +22,12 @@ typedef struct pd_observables {
     double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
 } pd_observables;
 
-#define pd_observe_build PD_NAME(pd_observe_build)
-#define pd_observe PD_NAME(pd_observe)
-#define pd_observe_free PD_NAME(pd_observe_free)
-
-PD_API pd_status pd_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
-/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
-PD_API void pd_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
-PD_API void pd_observe_free(pd_ctx *ctx, pd_observables *o);
-
 #ifdef PDI_INTERNAL
+PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
+/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
+PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
+PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o);
+
 /* What is kept of the instants so far. The build belongs to the start, before the model is read. */
 PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
 #endif

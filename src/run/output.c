@@ -62,8 +62,8 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
                                  char *path)
 {
     char name[PD_PATH_SIZE];
-    PDI_TRY(pd_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
-    return pd_folder_add(ctx, out->folder, name, path);
+    PDI_TRY(pdi_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    return pdi_folder_add(ctx, out->folder, name, path);
 }
 
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
@@ -249,17 +249,17 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    PDI_TRY(pd_folder_add(ctx, out->folder, "probes.csv", path));
-    return pd_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                         list, count, &out->probes);
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
+    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
+                          list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pd_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pd_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative", pdi_output_columns,
-                          PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
+                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -279,7 +279,7 @@ static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, doubl
     return PD_OK;
 }
 
-pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
 {
     const pd_couple *c = &out->model->couple;
     double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
@@ -305,12 +305,12 @@ pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
     row[k++] = effort.continuity;
     row[k++] = o->front;
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
-    PDI_TRY(pd_csv_row(ctx, &out->diagnostics, row));
+    PDI_TRY(pdi_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     if (out->model->setup->probes == 0) return PD_OK;
     pdi_sample_prepare(out->model);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
-    return pd_csv_row(ctx, &out->probes, probe);
+    return pdi_csv_row(ctx, &out->probes, probe);
 }
 
 /* ---- life ---- */
@@ -344,11 +344,11 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     return pd_pvd_init(ctx, path, &out->pvd);
 }
 
-pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
-    PDI_TRY(pd_folder_add(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
     return pdi_output_tables(ctx, out);
 }
 
@@ -370,14 +370,14 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     return PDI_KEEP(ctx, archive, "losses of the curve", out->loss, out->rows);
 }
 
-pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
+PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PDI_TRY(pdi_output_store(ctx, out, archive));
     PDI_TRY(pdi_csv_store(ctx, archive, NULL, 0, &out->diagnostics));
     return out->model->setup->probes ? pdi_csv_store(ctx, archive, NULL, 0, &out->probes) : PD_OK;
 }
 
-pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
@@ -389,7 +389,7 @@ pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_a
     return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
-pd_status pd_output_frame(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
 {
     double time = out->model->couple.time;
     if (out->written >= time) return PD_OK;
@@ -436,7 +436,7 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     plot.series[0].y = out->loss;
     plot.series[0].count = (int)out->rows;
     for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(pd_folder_add(ctx, out->folder, "volume_loss.png", path));
+    PDI_TRY(pdi_folder_add(ctx, out->folder, "volume_loss.png", path));
     PDI_TRY(PDI_NEW(ctx, "output", points, work));
     pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
     pd_status status = pd_plot_write(ctx, path, &plot);
@@ -444,19 +444,19 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     return status;
 }
 
-pd_status pd_output_close(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out)
 {
     PDI_TRY(pdi_output_loss(ctx, out));
-    PDI_TRY(pd_csv_close(ctx, &out->diagnostics));
-    return pd_csv_close(ctx, &out->probes);
+    PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
+    return pdi_csv_close(ctx, &out->probes);
 }
 
-void pd_output_free(pd_ctx *ctx, pd_output *out)
+PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
 {
     pd_ctx quiet = *ctx; /* a failure to close must not hide an earlier message */
     int32_t total = out->model ? out->model->grid.total : 0;
-    pd_csv_close(&quiet, &out->diagnostics);
-    pd_csv_close(&quiet, &out->probes);
+    pdi_csv_close(&quiet, &out->diagnostics);
+    pdi_csv_close(&quiet, &out->probes);
     pd_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);

@@ -30,27 +30,22 @@ typedef struct pd_output {
     int64_t rows, time_room, loss_room;
 } pd_output;
 
-#define pd_output_open PD_NAME(pd_output_open)
-#define pd_output_save PD_NAME(pd_output_save)
-#define pd_output_resume PD_NAME(pd_output_resume)
-#define pd_output_step PD_NAME(pd_output_step)
-#define pd_output_frame PD_NAME(pd_output_frame)
-#define pd_output_close PD_NAME(pd_output_close)
-#define pd_output_free PD_NAME(pd_output_free)
-
+#ifdef PDI_INTERNAL
 /* Start the tables. model and folder, which is open, are borrowed. PD_ERR_FILE. */
-PD_API pd_status pd_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
 /* Note where the files stand. */
-PD_API pd_status pd_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
-/* In place of pd_output_open: go on with the files of a folder where they stood then; what came later is cut off.
+PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
+/* In place of pdi_output_open: go on with the files of a folder where they stood then; what came later is cut off.
  * PD_ERR_FILE: a table is missing or shorter than it was. */
-PD_API pd_status pd_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out);
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive,
+                                   pd_output *out);
 /* A row of the tables. */
-PD_API pd_status pd_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
+PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */
-PD_API pd_status pd_output_frame(pd_ctx *ctx, pd_output *out);
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
 /* The curve of the volume loss; close the tables. */
-PD_API pd_status pd_output_close(pd_ctx *ctx, pd_output *out);
-PD_API void pd_output_free(pd_ctx *ctx, pd_output *out);
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out);
+PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
+#endif
 
 #endif

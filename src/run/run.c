@@ -46,7 +46,7 @@ static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
     double now = pdi_par_clock(), until = r->setup->until;
     if (!r->desc->print || !(until > 0.0)) return;
     r->told = now;
-    pd_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
+    pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
     if (doing) {
         size_t used = strlen(line);
         snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
@@ -87,14 +87,14 @@ static int pdi_run_due(const pdi_run *r)
 static pd_status pdi_run_frame(pdi_run *r)
 {
     int frame = r->output.frame;
-    PDI_TRY(pd_output_frame(r->ctx, &r->output));
-    return r->output.frame > frame ? pd_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+    PDI_TRY(pdi_output_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
 static pd_status pdi_run_write(pdi_run *r)
 {
-    PDI_TRY(pd_output_step(r->ctx, &r->output, &r->observables));
-    PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
+    PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
+    PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
     return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
 }
 
@@ -116,9 +116,9 @@ static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
 static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
 {
     PDI_TRY(pdi_run_store(r, archive));
-    PDI_TRY(pd_output_save(r->ctx, &r->output, archive));
-    PDI_TRY(pd_monitors_save(r->ctx, &r->monitors, archive));
-    return pd_folder_store(r->ctx, &r->folder, archive);
+    PDI_TRY(pdi_output_save(r->ctx, &r->output, archive));
+    PDI_TRY(pdi_monitors_save(r->ctx, &r->monitors, archive));
+    return pdi_folder_store(r->ctx, &r->folder, archive);
 }
 
 static pd_status pdi_run_save(pdi_run *r)
@@ -127,7 +127,7 @@ static pd_status pdi_run_save(pdi_run *r)
     PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_everything(r, &store.archive);
     if (status == PD_OK) return pd_store_close(r->ctx, &store);
-    pd_store_abandon(&store);
+    pdi_store_abandon(&store);
     return status;
 }
 
@@ -164,14 +164,14 @@ static pd_status pdi_run_read(pdi_run *r)
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
-    if (status == PD_OK) status = pd_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
-    if (status == PD_OK) status = pd_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
-    if (status == PD_OK) status = pd_folder_store(r->ctx, &r->folder, &store.archive);
+    if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
+    if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
+    if (status == PD_OK) status = pdi_folder_store(r->ctx, &r->folder, &store.archive);
     if (status == PD_OK) {
         PDI_TRY(pd_store_close(r->ctx, &store));
-        return pd_folder_resume(r->ctx, &r->folder);
+        return pdi_folder_resume(r->ctx, &r->folder);
     }
-    pd_store_abandon(&store);
+    pdi_store_abandon(&store);
     return status;
 }
 
@@ -179,7 +179,7 @@ static pd_status pdi_run_read(pdi_run *r)
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
-    pd_status status = pd_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
+    pd_status status = pdi_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
@@ -192,13 +192,13 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
-    pd_status status = pd_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
+    pd_status status = pdi_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
     result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
     PDI_TRY(status);
     snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->path);
     if (r->folder.removed && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
     pdi_file_remove(r->checkpoint);
-    return pd_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
+    return pdi_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
 }
 
 /* The files of a run: anew, or those of a checkpoint. */
@@ -208,8 +208,8 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     PDI_TRY(pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint));
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
-    PDI_TRY(pd_output_open(r->ctx, &r->model, &r->folder, &r->output));
-    return pd_monitors_open(r->ctx, &r->monitors, &r->folder);
+    PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
 /* ---- steps ---- */
@@ -217,16 +217,16 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
 /* What measured points ask for; without files the figures are those of points alone. */
 static pd_status pdi_run_compare(pdi_run *r)
 {
-    if (!pd_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
-    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
-    return pd_compare_step(r->ctx, &r->compare);
+    if (!pdi_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
+    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    return pdi_compare_step(r->ctx, &r->compare);
 }
 
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
-    pd_observe(r->ctx, &r->model, &r->observables);
+    pdi_observe(r->ctx, &r->model, &r->observables);
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
@@ -244,7 +244,7 @@ static pd_status pdi_run_march(pdi_run *r)
 {
     double until = r->setup->until, reached;
     do {
-        reached = pd_compare_next(&r->compare, r->model.couple.time, until);
+        reached = pdi_compare_next(&r->compare, r->model.couple.time, until);
         PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe, r));
         PDI_TRY(r->status);
     } while (!r->stopped && reached < until);
@@ -279,14 +279,14 @@ static pd_status pdi_run_steps(pdi_run *r)
     }
     if (status < 0) return status;
     pdi_run_computed(r);
-    if (r->desc->dry) PDI_TRY(pd_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
     if (r->desc->dry) return PD_OK;
-    PDI_TRY(pd_monitors_close(r->ctx, &r->monitors));
-    pd_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
-    pd_compare_print(&r->compare, r->desc->print, r->desc->print_user);
-    PDI_TRY(pd_compare_write(r->ctx, &r->compare, &r->folder));
-    PDI_TRY(pd_output_close(r->ctx, &r->output));
+    PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
+    pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
+    PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
+    PDI_TRY(pdi_output_close(r->ctx, &r->output));
     if (!r->stopped) pdi_file_remove(r->checkpoint);
     return PD_OK;
 }
@@ -335,18 +335,18 @@ PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
 /* Build everything that can refuse the setup; nothing is written before that. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pd_footprint_check(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pdi_footprint_check(r->ctx, r->setup, r->desc->dry);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
-        status = pd_model_build(r->ctx, r->setup, &r->model);
+        status = pdi_model_build(r->ctx, r->setup, &r->model);
         line = r->model.line;
     }
     if (status == PD_OK) {
-        status = pd_monitors_build(r->ctx, &r->model, &r->monitors);
+        status = pdi_monitors_build(r->ctx, &r->model, &r->monitors);
         line = r->monitors.line;
     }
     if (status == PD_OK) {
-        status = pd_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
+        status = pdi_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
         line = r->compare.line;
     }
     result->bad_input = status < 0 && !pdi_is_final(status);
@@ -358,14 +358,14 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
-    if (r->desc->figures) PDI_TRY(pd_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
-    pd_status status = pd_folder_check(r->ctx, r->path, r->setup->name);
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    pd_status status = pdi_folder_check(r->ctx, r->path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
         if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint, &store);
         if (status == PD_OK) {
             status = pdi_run_store(r, &store.archive);
-            pd_store_abandon(&store);
+            pdi_store_abandon(&store);
         }
     }
     result->bad_input = status < 0 && !pdi_is_final(status);
@@ -375,9 +375,9 @@ static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
-    pd_summary_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
     pdi_run_collect(r, result);
-    PDI_TRY(pd_observe_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
     if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
     PDI_TRY(pdi_run_open(r, result));
     pd_status status = pdi_run_steps(r);
@@ -408,12 +408,12 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     ctx->poll_user = r->poll_user;
     result->stopped = r->stopped;
     pdi_store_drop(ctx, &r->image);
-    pd_output_free(ctx, &r->output);
-    pd_observe_free(ctx, &r->observables);
-    pd_compare_free(ctx, &r->compare);
-    pd_monitors_free(ctx, &r->monitors);
-    pd_model_free(ctx, &r->model);
-    pd_folder_close(&r->folder);
+    pdi_output_free(ctx, &r->output);
+    pdi_observe_free(ctx, &r->observables);
+    pdi_compare_free(ctx, &r->compare);
+    pdi_monitors_free(ctx, &r->monitors);
+    pdi_model_free(ctx, &r->model);
+    pdi_folder_close(&r->folder);
     PDI_DELETE(ctx, 1, r);
     return status;
 }

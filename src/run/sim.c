@@ -9,10 +9,10 @@ static int pdi_sim_components(int field) { return field == PD_FIELD_V ? PD_DIM :
 
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
-    pd_status status = pd_footprint_check(ctx, &sim->setup, 0);
+    pd_status status = pdi_footprint_check(ctx, &sim->setup, 0);
     int line = sim->setup.line[PD_PART_GRID];
     if (status >= 0) {
-        status = pd_model_build(ctx, &sim->setup, &sim->model);
+        status = pdi_model_build(ctx, &sim->setup, &sim->model);
         line = sim->model.line;
     }
     if (status < 0) pdi_run_blame(ctx, &sim->setup, line);
@@ -95,7 +95,7 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, pdi_sim_components(k) * sim->cells, sim->field[k]);
-    pd_model_free(ctx, &sim->model);
+    pdi_model_free(ctx, &sim->model);
     pd_setup_free(ctx, &sim->setup);
     memset(sim, 0, sizeof *sim);
 }

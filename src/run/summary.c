@@ -49,7 +49,7 @@ static void pdi_summary_grid(const pdi_summary *s)
     pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
                      m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
-             (double)m->grid.solid_count, (double)(pd_grid_count(&m->grid, PD_WALL)));
+             (double)m->grid.solid_count, (double)(pdi_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
 }
 
@@ -185,7 +185,7 @@ static void pdi_summary_absent(const pdi_summary *s)
     pdi_summary_line(s, "%smechanics", text);
 }
 
-void pd_summary_print(const pd_model *model, pd_print_fn print, void *user)
+PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
     pd_footprint budget;

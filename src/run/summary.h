@@ -14,9 +14,9 @@ typedef enum pd_print_kind {
 /* Text without newline; valid during the call. */
 typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
-#define pd_summary_print PD_NAME(pd_summary_print)
-
+#ifdef PDI_INTERNAL
 /* Describe a built model. */
-PD_API void pd_summary_print(const pd_model *model, pd_print_fn print, void *user);
+PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user);
+#endif
 
 #endif

@@ -422,17 +422,17 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     PDI_TRY(pdi_sweep_paths(ctx, s, index, folder, path));
     PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
     quiet = *ctx;
-    pd_status status = pd_table_read(&quiet, path, &table);
+    pd_status status = pdi_table_read(&quiet, path, &table);
     ctx->in_use = quiet.in_use;
     if (status < 0 || table.rows < 2) {
-        pd_table_free(ctx, &table);
+        pdi_table_free(ctx, &table);
         return PD_OK;
     }
     c->rows[k] = table.rows;
     status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pd_table_column(ctx, &table, "time_h", c->data[k]);
-    if (status == PD_OK) status = pd_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
-    pd_table_free(ctx, &table);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pdi_table_free(ctx, &table);
     PDI_TRY(status);
     for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
     pd_sweep_label(s, index, label, sizeof label);

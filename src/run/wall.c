@@ -12,14 +12,14 @@ static int pdi_wall_on(const pd_setup *u, int side, const double *x)
     return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
 }
 
-int pd_wall_moves(const pd_setup *u)
+PDI_FN int pdi_wall_moves(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].slides) return 1;
     return 0;
 }
 
-int pd_wall_holds(const pd_setup *u)
+PDI_FN int pdi_wall_holds(const pd_setup *u)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].holds) return 1;
@@ -28,7 +28,7 @@ int pd_wall_holds(const pd_setup *u)
     return 0;
 }
 
-void pd_wall_velocity(void *user, const double *x, double *v)
+PDI_FN void pdi_wall_velocity(void *user, const double *x, double *v)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;
@@ -66,7 +66,7 @@ static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
     return found && found->holds ? pdi_wall_value(&found->held, x, t) : (double)NAN;
 }
 
-double pd_wall_held(void *user, const double *x)
+PDI_FN double pdi_wall_held(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     const pd_setup *u = inlet->setup;

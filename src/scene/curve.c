@@ -48,7 +48,7 @@ static void pdi_curve_slopes(pd_curve *c)
     }
 }
 
-pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *c)
 {
     memset(c, 0, sizeof *c);
     if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
@@ -64,7 +64,7 @@ pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int coun
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
     if (status < 0) {
-        pd_curve_free(ctx, c);
+        pdi_curve_free(ctx, c);
         return status;
     }
     memcpy(c->x, x, (size_t)count * sizeof *x);
@@ -73,7 +73,7 @@ pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int coun
     return PD_OK;
 }
 
-void pd_curve_free(pd_ctx *ctx, pd_curve *c)
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
 {
     PDI_DELETE(ctx, c->count, c->x);
     PDI_DELETE(ctx, c->count, c->y);
@@ -81,7 +81,7 @@ void pd_curve_free(pd_ctx *ctx, pd_curve *c)
     memset(c, 0, sizeof *c);
 }
 
-double pd_curve_eval(const pd_curve *c, double x)
+PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 {
     int low = 0, high = c->count - 1;
     if (high < 1 || x != x) return (double)NAN;

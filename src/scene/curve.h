@@ -21,19 +21,15 @@ typedef struct pd_curve {
     double *slope;  /* [count] [-] (unit of y over that of x) */
 } pd_curve;
 
-#define pd_curve_build PD_NAME(pd_curve_build)
-#define pd_curve_eval PD_NAME(pd_curve_eval)
-#define pd_curve_free PD_NAME(pd_curve_free)
-
+#ifdef PDI_INTERNAL
 /* Takes copies of x and y [count]. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x not ascending,
  * or a secant without a finite slope. */
-PD_API pd_status pd_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
+PDI_FN pd_status pdi_curve_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict, pd_curve *curve);
 /* Value at x: y itself at a point. Reads only, so threads may share the curve. NaN of NaN. `strict` lets x pass the
  * ends by 1e-5 of the length, for difference quotients at them. */
-PD_API double pd_curve_eval(const pd_curve *curve, double x);
-PD_API void pd_curve_free(pd_ctx *ctx, pd_curve *curve);
+PDI_FN double pdi_curve_eval(const pd_curve *curve, double x);
+PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *curve);
 
-#ifdef PDI_INTERNAL
 /* Why the points up to k >= 0 make no curve, with those before it admissible: "expected ..."; NULL: they do. */
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
 #endif

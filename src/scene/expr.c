@@ -204,7 +204,7 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
 
-static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pd_curve_eval(table->curve, x); }
+static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
 /* index: of the table */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
@@ -236,8 +236,8 @@ static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_
         return PD_OK;
     }
     if (b->zero || pd_units_same(&a->dims, &b->dims)) return PD_OK;
-    pd_units_describe(&a->dims, left);
-    pd_units_describe(&b->dims, right);
+    pdi_units_describe(&a->dims, left);
+    pdi_units_describe(&b->dims, right);
     return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
 }
 
@@ -245,7 +245,7 @@ static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, c
 {
     char found[PD_UNITS_TEXT];
     if (pdi_expr_is_plain(type)) return PD_OK;
-    pd_units_describe(&type->dims, found);
+    pdi_units_describe(&type->dims, found);
     return pdi_expr_error(p, type->at, "found %s, expected a plain number as %s", found, what);
 }
 
@@ -457,8 +457,8 @@ static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index,
     PDI_TRY(pdi_expr_enter(p));
     PDI_TRY(pdi_expr_compare(p, type));
     if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
-        pd_units_describe(&type->dims, found);
-        pd_units_describe(&table->argument, expected);
+        pdi_units_describe(&type->dims, found);
+        pdi_units_describe(&table->argument, expected);
         return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
                               table->name);
     }
@@ -665,8 +665,8 @@ static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
             return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
         if (!type->zero && !pd_units_same(&type->dims, &dims)) {
             int plain = pdi_expr_is_plain(type);
-            pd_units_describe(&type->dims, found);
-            pd_units_describe(&dims, expected);
+            pdi_units_describe(&type->dims, found);
+            pdi_units_describe(&dims, expected);
             pdi_units_examples(&dims, units);
             if (plain && !p->desc->allow_bare)
                 return pdi_expr_error(p, type->at, "found a number without unit, expected %s: write its unit,"
@@ -708,7 +708,7 @@ static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_
     return PD_OK;
 }
 
-pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
+PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
 {
     pdi_expr_parser *p;
     pdi_expr_type type;
@@ -723,19 +723,19 @@ pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr)
     p->text = desc->text;
     pd_status status = pdi_expr_compile(p, &type);
     if (status == PD_OK) status = pdi_expr_keep(ctx, p, &type, expr);
-    if (status < 0) pd_expr_free(ctx, expr);
+    if (status < 0) pdi_expr_free(ctx, expr);
     PDI_DELETE(ctx, 1, p);
     return status;
 }
 
-void pd_expr_free(pd_ctx *ctx, pd_expr *expr)
+PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
 {
     PDI_DELETE(ctx, expr->code_count, expr->code);
     PDI_DELETE(ctx, expr->value_count, expr->value);
     memset(expr, 0, sizeof *expr);
 }
 
-double pd_expr_eval(const pd_expr *expr, const double *vars)
+PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK];
     int top = 0;
@@ -756,7 +756,7 @@ double pd_expr_eval(const pd_expr *expr, const double *vars)
     return top == 1 ? stack[0] : NAN;
 }
 
-int pd_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
+PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
 #undef PDI_EXPR_FUNCTIONS
 #undef PDI_EXPR_STACK

@@ -32,7 +32,7 @@ typedef struct pd_expr_table {
 
 typedef struct pd_expr_desc {
     const char *text;
-    const pd_expr_symbol *vars; /* the values that pd_expr_eval gets, in this order */
+    const pd_expr_symbol *vars; /* the values that pdi_expr_eval gets, in this order */
     int var_count;
     const pd_expr_symbol *consts;
     int const_count;
@@ -53,24 +53,19 @@ typedef struct pd_expr {
     const pd_expr_table *tables; /* those of desc */
 } pd_expr;
 
-#define pd_expr_build PD_NAME(pd_expr_build)
-#define pd_expr_free PD_NAME(pd_expr_free)
-#define pd_expr_eval PD_NAME(pd_expr_eval)
-#define pd_expr_constant PD_NAME(pd_expr_constant)
-
+#ifdef PDI_INTERNAL
 /* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
  * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what
  * was expected.
  * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
-PD_API pd_status pd_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
-PD_API void pd_expr_free(pd_ctx *ctx, pd_expr *expr);
+PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
+PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
 /* Value in SI for the variables vars[var_count] in SI. Reads only, so threads may share the expression. The result may
  * be NaN or infinite where the mathematics is; the caller checks. An expression that was never built gives NaN. */
-PD_API double pd_expr_eval(const pd_expr *expr, const double *vars);
+PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
 /* 1 when the value depends on no variable; vars may then be NULL. */
-PD_API int pd_expr_constant(const pd_expr *expr);
+PDI_FN int pdi_expr_constant(const pd_expr *expr);
 
-#ifdef PDI_INTERNAL
 /* Write what stands at text for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
 PDI_FN void pdi_expr_quote(const char *found, char *text);
 /* 1 when the name is a function or a built-in constant. */

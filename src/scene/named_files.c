@@ -6,9 +6,9 @@ PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, c
                                 char *path)
 {
     const char *name;
-    PDI_TRY(pd_text_string(ctx, text, section, key, NULL, &name));
+    PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &name));
     size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
-    if (above + size > PD_PATH_SIZE) return pd_text_refuse(ctx, text, section, key, "the path is too long");
+    if (above + size > PD_PATH_SIZE) return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
     return PD_OK;
@@ -19,6 +19,6 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
     char message[PD_MESSAGE_SIZE];
     pd_status status = ctx->status, refused;
     memcpy(message, ctx->message, sizeof message);
-    refused = pd_text_refuse(ctx, text, section, key, "%.500s", message);
+    refused = pdi_text_refuse(ctx, text, section, key, "%.500s", message);
     return ctx->status = pdi_is_final(status) ? status : refused;
 }

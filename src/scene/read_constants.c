@@ -15,7 +15,7 @@ static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;
-    pd_units_describe(dims, text);
+    pdi_units_describe(dims, text);
     const char *open = strchr(text, '[');
     size_t size = open ? strcspn(open + 1, "]") : 0;
     if (open) memcpy(unit, open + 1, size);
@@ -28,26 +28,26 @@ static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section,
 {
     pd_expr expr;
     if (n->count == PDI_READ_CONSTANTS_MAX)
-        return pd_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
+        return pdi_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
     if (pdi_read_constants_taken(name))
-        return pd_text_refuse(ctx, text, section, name,
-                              "found the name '%.40s', expected one that expressions do not have", name);
-    PDI_TRY(pd_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
+        return pdi_text_refuse(ctx, text, section, name,
+                               "found the name '%.40s', expected one that expressions do not have", name);
+    PDI_TRY(pdi_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
     pd_expr_symbol *s = &n->symbol[n->count];
     s->name = name;
     s->unit = n->unit[n->count];
-    s->value = pd_expr_eval(&expr, NULL);
+    s->value = pdi_expr_eval(&expr, NULL);
     int fits = pdi_read_constants_unit(ctx, &expr.dims, n->unit[n->count]);
-    pd_expr_free(ctx, &expr);
+    pdi_expr_free(ctx, &expr);
     if (!fits)
-        return pd_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
+        return pdi_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
     text->const_count = ++n->count;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *n)
 {
-    int section = pd_text_section(ctx, text, "constants", NULL);
+    int section = pdi_text_section(ctx, text, "constants", NULL);
     n->count = 0;
     text->consts = n->symbol;
     text->const_count = 0;

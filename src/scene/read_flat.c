@@ -77,10 +77,10 @@ static const char *const pdi_read_flat_ignored[][2] = {
 static pd_status pdi_read_flat_number(pd_ctx *ctx, pd_text *text, const char *key, const char *fallback, double low,
                                  double high, int open, double *value)
 {
-    PDI_TRY(pd_text_number(ctx, text, 0, key, "", fallback, value));
+    PDI_TRY(pdi_text_number(ctx, text, 0, key, "", fallback, value));
     if ((open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    return pd_text_refuse(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
-                          open ? "above" : "from", low, high);
+    return pdi_text_refuse(ctx, text, 0, key, "found %.6g, expected a value %s %g and at most %g", *value,
+                           open ? "above" : "from", low, high);
 }
 
 static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat *f)
@@ -95,14 +95,14 @@ static pd_status pdi_read_flat_numbers(pd_ctx *ctx, pd_text *text, pdi_read_flat
 static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_flat *f, pd_setup *setup)
 {
     double value;
-    if (pd_text_has(ctx, text, 0, "D_grain") && !f->bonds)
+    if (pdi_text_has(ctx, text, 0, "D_grain") && !f->bonds)
         pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
-    if (pd_text_has(ctx, text, 0, "D_gb") && !f->bonds)
+    if (pdi_text_has(ctx, text, 0, "D_gb") && !f->bonds)
         pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_read_flat_ignored / sizeof pdi_read_flat_ignored[0]; k++) {
         const char *key = pdi_read_flat_ignored[k][0];
-        if (!pd_text_has(ctx, text, 0, key)) continue;
-        PDI_TRY(pd_text_number(ctx, text, 0, key, "", NULL, &value));
+        if (!pdi_text_has(ctx, text, 0, key)) continue;
+        PDI_TRY(pdi_text_number(ctx, text, 0, key, "", NULL, &value));
         pdi_setup_note(setup, "%s = %g is ignored: %s", key, value, pdi_read_flat_ignored[k][1]);
     }
     return PD_OK;
@@ -114,15 +114,15 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
     double length = f->L_upstream + f->L_wire + f->L_downstream, cells = length / f->dx, across = f->R_tube / f->dx;
     double half = PD_DIM == 3 ? ceil(across - 1e-6) * f->dx : f->R_tube, width = f->axisymmetric > 0.0 ? 1.0 : 2.0;
     if (!(cells < 1e9) || !(across < 1e9))
-        return pd_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
-                              cells, 2.0 * across);
+        return pdi_text_refuse(ctx, text, 0, "dx", "found %.3g and %.3g cells, expected fewer than 1e9 on an axis",
+                               cells, 2.0 * across);
     if (fabs(cells - floor(cells + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx",
-                              "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
-                              " of them", cells);
+        return pdi_text_refuse(ctx, text, 0, "dx",
+                               "L_upstream + L_wire + L_downstream are %.6g cells, expected a whole number"
+                               " of them", cells);
     if (PD_DIM == 2 && fabs(width * across - floor(width * across + 0.5)) > 1e-6)
-        return pd_text_refuse(ctx, text, 0, "dx", "%sR_tube %s %.6g cells, expected a whole number of them",
-                              width > 1.0 ? "2 " : "", width > 1.0 ? "are" : "is", width * across);
+        return pdi_text_refuse(ctx, text, 0, "dx", "%sR_tube %s %.6g cells, expected a whole number of them",
+                               width > 1.0 ? "2 " : "", width > 1.0 ? "are" : "is", width * across);
     for (int d = 0; d < PD_DIM; d++) {
         setup->h[d] = f->dx;
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
@@ -131,8 +131,8 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
     setup->m = f->m_ratio;
     if (!(f->axisymmetric > 0.0)) return PD_OK;
     if (PD_DIM != 2 || f->axisymmetric < 1.0)
-        return pd_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
-                              PD_DIM);
+        return pdi_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
+                               PD_DIM);
     setup->axisymmetric = 1;
     setup->lo[PD_DIM - 1] = 0.0;
     setup->side[2 * (PD_DIM - 1)].kind = PD_SIDE_MIRROR;
@@ -156,8 +156,8 @@ static pd_status pdi_read_flat_shapes(pd_ctx *ctx, const pd_text *text, const pd
     }
     if (!(f->R_wire > 0.0) || !(f->L_wire > 0.0)) return PD_OK;
     if (f->R_wire >= f->R_tube)
-        return pd_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
-                              f->R_tube);
+        return pdi_text_refuse(ctx, text, 0, "R_wire", "found %.6g, expected less than R_tube = %.6g", f->R_wire,
+                               f->R_tube);
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
@@ -208,7 +208,7 @@ static pd_status pdi_read_flat_transport(pd_ctx *ctx, const pdi_read_flat *f, pd
     desc.text = text;
     desc.unit = "mol/m3";
     desc.allow_bare = 1;
-    return pd_expr_build(ctx, &desc, &setup->initial);
+    return pdi_expr_build(ctx, &desc, &setup->initial);
 }
 
 /* Sums over the bonds that a plane front along an axis opens: a node in row n from the fluid has those that reach n
@@ -281,7 +281,7 @@ static pd_status pdi_read_flat_law(pd_ctx *ctx, double speed, pd_setup *setup)
     desc.unit = "m/s";
     desc.vars = concentration;
     desc.var_count = 1;
-    return pd_expr_build(ctx, &desc, &setup->metal[0].rate);
+    return pdi_expr_build(ctx, &desc, &setup->metal[0].rate);
 }
 
 static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const pdi_read_flat *f, pd_setup *setup)
@@ -290,11 +290,11 @@ static pd_status pdi_read_flat_dissolve(pd_ctx *ctx, const pd_text *text, const 
     setup->has_dissolve = setup->solid >= 0 && (f->bonds ? f->D_grain : f->k_corr) > 0.0;
     if (!setup->has_dissolve) return PD_OK;
     if (f->C_thresh >= f->C_solid_init)
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
-                              f->C_thresh, f->C_solid_init);
+        return pdi_text_refuse(ctx, text, 0, "C_thresh", "found %.6g, expected less than C_solid_init = %.6g",
+                               f->C_thresh, f->C_solid_init);
     if (f->bonds && !(f->C_thresh > 0.0))
-        return pd_text_refuse(ctx, text, 0, "C_thresh", "found 0 without k_corr, expected a positive one: bonds across"
-                              " the surface never empty a node");
+        return pdi_text_refuse(ctx, text, 0, "C_thresh", "found 0 without k_corr, expected a positive one: bonds across"
+                               " the surface never empty a node");
     setup->threshold = f->C_thresh / f->C_solid_init;
     setup->saturation = f->C_sat * intact;
     if (f->C_sat > 0.0)
@@ -336,22 +336,22 @@ PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *cons
     pdi_read_flat f;
     memset(&f, 0, sizeof f);
     PDI_TRY(pdi_read_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
-    for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
     PDI_TRY(pdi_read_flat_numbers(ctx, text, &f));
-    f.bonds = !pd_text_has(ctx, text, 0, "k_corr") &&
-              (pd_text_has(ctx, text, 0, "D_grain") || pd_text_has(ctx, text, 0, "D_gb"));
+    f.bonds = !pdi_text_has(ctx, text, 0, "k_corr") &&
+              (pdi_text_has(ctx, text, 0, "D_grain") || pdi_text_has(ctx, text, 0, "D_gb"));
     PDI_TRY(pdi_read_flat_notes(ctx, text, &f, setup));
     if (PD_DIM == 1)
-        return pd_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
+        return pdi_text_refuse(ctx, text, 0, "dx", "found a flat parameter file, which describes a pin in 2D or 3D");
     PDI_TRY(pdi_read_flat_box(ctx, text, &f, setup));
     PDI_TRY(pdi_read_flat_shapes(ctx, text, &f, setup));
     pdi_read_flat_flow(&f, setup);
-    if (pd_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
+    if (pdi_text_has(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
     PDI_TRY(pdi_read_flat_transport(ctx, &f, setup));
     PDI_TRY(pdi_read_flat_dissolve(ctx, text, &f, setup));
     pdi_read_flat_grains(&f, setup);
     PDI_TRY(pdi_read_flat_output(ctx, text, &f, setup));
-    return pd_text_unused(ctx, text);
+    return pdi_text_unused(ctx, text);
 }
 #undef PDI_READ_FLAT_FRAMES
 #undef PDI_READ_FLAT_NUMBERS

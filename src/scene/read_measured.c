@@ -12,7 +12,7 @@
 static const char *pdi_read_measured_spread(const pdi_read_tables *s)
 {
     for (int k = 0; k < s->table.columns; k++)
-        if (strncmp(pd_table_text(&s->table, -1, k), "spread", 6) == 0) return pd_table_text(&s->table, -1, k);
+        if (strncmp(pdi_table_text(&s->table, -1, k), "spread", 6) == 0) return pdi_table_text(&s->table, -1, k);
     return NULL;
 }
 
@@ -21,18 +21,18 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
     if (pd_units_same(found, wanted)) return PD_OK;
-    pd_units_describe(found, is);
-    pd_units_describe(wanted, expected);
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such as"
-                          " 'time_h in h'", is, expected);
+    pdi_units_describe(found, is);
+    pdi_units_describe(wanted, expected);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
+                           "as 'time_h in h'", is, expected);
 }
 
 /* The line of the file of a bad point. */
 static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const char *key, double found,
                                        const char *expected)
 {
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
-                          s->table.line[row], found, expected);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
+                           s->table.line[row], found, expected);
 }
 
 static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
@@ -43,7 +43,7 @@ static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
     PDI_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
     PDI_TRY(pdi_read_measured_dims(s, "time", &dims, &wanted));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
     for (int k = 0; k < s->table.rows; k++) {
         if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])
@@ -64,7 +64,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_rec
         if (!(fabs(r->value[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
-    if (!spread && !pd_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
+    if (!spread && !pdi_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->spread));
     PDI_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
     PDI_TRY(pdi_read_measured_dims(s, "spread", &dims, &r->dims));
@@ -80,11 +80,11 @@ static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_rec
 static pd_status pdi_read_measured_figure(const pdi_read_tables *s, pd_setup_record *r)
 {
     const char *of;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
     const char *first = strchr(of, '.'), *last = strrchr(of, '.');
     if (strlen(of) >= sizeof r->figure || (strcmp(of, "volume_loss") != 0 && first == last))
-        return pd_text_refuse(s->ctx, s->text, s->section, "of", "found '%.80s', expected volume_loss or a figure of"
-                              " another section such as plane.NAME.flow or probe.NAME.C", of);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "of", "found '%.80s', expected volume_loss or a figure of"
+                               " another section such as plane.NAME.flow or probe.NAME.C", of);
     memcpy(r->figure, of, strlen(of) + 1);
     return PD_OK;
 }
@@ -100,9 +100,9 @@ static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setu
     for (int k = 0; k < r->points; k++)
         if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
     pdi_setup_show(u->until, "s", until);
-    return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
-                          " before its end at t = %s; 'start' tells the time of the file at which the run begins",
-                          s->table.path, until);
+    return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
+                           " before its end at t = %s; 'start' tells the time of the file at which the run begins",
+                           s->table.path, until);
 }
 
 static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
@@ -110,18 +110,18 @@ static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
     if (u->records >= PD_SETUP_RECORDS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
-                              PD_SETUP_RECORDS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
+                               PD_SETUP_RECORDS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pd_text_refuse(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
     pd_setup_record *r = &u->record[u->records++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
-        return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
-                              " time and a value in each row", path, s->table.columns, s->table.rows);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
+                               " time and a value in each row", path, s->table.columns, s->table.rows);
     r->points = s->table.rows;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->time));
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->value));
@@ -138,10 +138,10 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (s.section = pd_text_next(ctx, text, "measured", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "measured", s.section)) {
+    for (s.section = pdi_text_next(ctx, text, "measured", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
-        pd_table_free(ctx, &s.table);
+        pdi_table_free(ctx, &s.table);
         PDI_TRY(status);
     }
     return PD_OK;
@@ -155,10 +155,10 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
         return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "found more than a line of %d bytes", PD_EXPR_LENGTH - 32);
     snprintf(line, sizeof line, "[measured data] file = %.4000s\n", text);
     pdi_setup_forget(ctx, setup);
-    PDI_TRY(pd_text_build(ctx, where, line, strlen(line), &scene));
+    PDI_TRY(pdi_text_build(ctx, where, line, strlen(line), &scene));
     pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
-    if (status == PD_OK) status = pd_text_unused(ctx, &scene);
-    pd_text_free(ctx, &scene);
+    if (status == PD_OK) status = pdi_text_unused(ctx, &scene);
+    pdi_text_free(ctx, &scene);
     for (int k = 0; k < setup->records; k++) setup->record[k].line = 0;
     return status;
 }

@@ -6,8 +6,8 @@
 
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
-    for (int section = -1; (section = pd_text_next(s->ctx, s->text, name, section)) >= 0;)
-        if (pd_text_has(s->ctx, s->text, section, NULL)) return 1;
+    for (int section = -1; (section = pdi_text_next(s->ctx, s->text, name, section)) >= 0;)
+        if (pdi_text_has(s->ctx, s->text, section, NULL)) return 1;
     return 0;
 }
 
@@ -17,9 +17,9 @@ static const char *pdi_read_metal_name(const pd_setup *u) { return u->has_corrod
 static int pdi_read_metal_section(pdi_reader *s, int m)
 {
     const pd_setup *u = s->setup;
-    int own = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
-    if (pd_text_has(s->ctx, s->text, own, NULL)) return own;
-    return pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int own = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), u->metal[m].material.name);
+    if (pdi_text_has(s->ctx, s->text, own, NULL)) return own;
+    return pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
 }
 
 /* Sections of metals that are there, with what belongs to one metal. */
@@ -38,11 +38,11 @@ static pd_status pdi_read_metal_labels(pdi_reader *s)
         for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
         for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
         if (!known)
-            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+            return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
                                   "found the metal '%.40s', expected a material of the shapes: %s", section->label,
                                   names);
         if (!single)
-            return pd_text_refuse(s->ctx, s->text, e->section, e->key,
+            return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
                                   "found in the section of one metal, expected it in [%s], which tells of all metals",
                                   section->name);
     }
@@ -63,7 +63,7 @@ static void pdi_read_metal_named(pdi_reader *s, const pd_setup_metal *metal)
 PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int all = pd_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int all = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
     pdi_read_constants_append(s->text, &s->named, "rho_m", "kg/m3", u->metal[0].material.density);
     pdi_read_constants_append(s->text, &s->named, "M_m", "kg/mol", u->metal[0].material.molar_mass);
     pdi_read_constants_append(s->text, &s->named, "z_m", "", u->metal[0].material.charge);
@@ -71,15 +71,15 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
     for (int m = 0; m < u->metals && u->has_dissolve; m++) {
         pd_setup_metal *metal = &u->metal[m];
         int section = pdi_read_metal_section(s, m);
-        if (pd_text_has(s->ctx, s->text, section, "charge"))
+        if (pdi_text_has(s->ctx, s->text, section, "charge"))
             PDI_TRY(pdi_reader_within(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
         pdi_read_metal_named(s, metal);
-        if (pd_text_has(s->ctx, s->text, section, "Cs"))
+        if (pdi_text_has(s->ctx, s->text, section, "Cs"))
             PDI_TRY(pdi_reader_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
     }
     pdi_read_metal_named(s, &u->metal[0]);
     pdi_read_constants_append(s->text, &s->named, "Cs", "mol/m3", u->metal[0].solid_c);
-    if (!u->has_dissolve || !pd_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
+    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, all, "Csat")) return PD_OK;
     PDI_TRY(pdi_reader_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
     pdi_read_constants_append(s->text, &s->named, "Csat", "mol/m3", u->saturation);
     return PD_OK;
@@ -93,7 +93,7 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
     if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
-        return pd_text_refuse(s->ctx, s->text, section, key,
+        return pdi_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
     pdi_setup_show(s->setup->h[0], "m", slow);
@@ -107,9 +107,9 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
                                      pd_setup_metal *metal)
 {
     double factor;
-    if (pd_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
+    if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
     metal->rate_scale *= factor;
     return pdi_read_metal_check(s, section, key, metal);
@@ -119,10 +119,10 @@ static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key
 static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
-    int layers = pd_text_has(s->ctx, s->text, section, "law");
+    int layers = pdi_text_has(s->ctx, s->text, section, "law");
     for (int d = 1; d < PD_DIM && layers; d++)
         if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
-            return pd_text_refuse(s->ctx, s->text, section, "law",
+            return pdi_text_refuse(s->ctx, s->text, section, "law",
                                   "found different spacings of the axes, expected rate = speed there");
     metal->rate_scale = layers ? u->h[0] : 1.0;
     return pdi_read_metal_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
@@ -132,7 +132,7 @@ static pd_status pdi_read_metal_layers(pdi_reader *s, int section, pd_setup_meta
 static pd_status pdi_read_metal_current(pdi_reader *s, int section, pd_setup_metal *m)
 {
     pd_material metal = m->material;
-    int current = pd_text_has(s->ctx, s->text, section, "current");
+    int current = pdi_text_has(s->ctx, s->text, section, "current");
     metal.density = m->solid_c * metal.molar_mass;
     m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
     return pdi_read_metal_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
@@ -148,7 +148,7 @@ PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s)
         status = u->has_corrode ? pdi_read_metal_current(s, section, &u->metal[m])
                                 : pdi_read_metal_layers(s, section, &u->metal[m]);
         if (status == PD_OK && u->has_corrode && u->metal[m].solid_c <= u->saturation)
-            return pd_text_refuse(s->ctx, s->text, section, "Csat",
+            return pdi_text_refuse(s->ctx, s->text, section, "Csat",
                                   "found %.6g mol/m3, expected less than Cs = %.6g mol/m3 of %s", u->saturation,
                                   u->metal[m].solid_c, u->metal[m].material.name);
     }
@@ -163,21 +163,21 @@ static pd_status pdi_read_metal_boundaries(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     PDI_TRY(pdi_reader_within(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
     if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "gb_factor",
-                          "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+    return pdi_text_refuse(s->ctx, s->text, section, "gb_factor",
+                           "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
 }
 
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "dissolve", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "dissolve", NULL);
     if (!u->has_dissolve || u->has_corrode) return PD_OK;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve",
-                              "found no [transport] section, expected one: the metal goes into the fluid");
+        return pdi_text_refuse(s->ctx, s->text, section, "dissolve",
+                               "found no [transport] section, expected one: the metal goes into the fluid");
     if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind ="
-                              " solid");
+        return pdi_text_refuse(s->ctx, s->text, section, "dissolve", "found no solid, expected a [shape ...] with kind"
+                               " = solid");
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     return pdi_reader_within(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
 }
@@ -186,11 +186,11 @@ PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s)
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "corrode", NULL);
     if (!u->has_corrode) return PD_OK;
     if (u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found beside [dissolve], expected one of them: both tell how the metal goes");
+        return pdi_text_refuse(s->ctx, s->text, section, "corrode",
+                               "found beside [dissolve], expected one of them: both tell how the metal goes");
     u->has_transport = u->has_dissolve = 1;
     return PD_OK;
 }
@@ -204,24 +204,24 @@ static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
     static const char *const breakings[] = {"deterministic", "stochastic", NULL};
     pd_setup *u = s->setup;
     int drive, kernel, printed;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
     u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
     if (u->activation && u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "control",
-                              "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
-                              " bulk");
+        return pdi_text_refuse(s->ctx, s->text, section, "control",
+                               "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
+                               " bulk");
     if (printed && u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "weights",
-                              "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
-    if (u->stochastic) return pd_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
-    if (!pd_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
+        return pdi_text_refuse(s->ctx, s->text, section, "weights",
+                               "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    if (u->stochastic) return pdi_text_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    if (!pdi_text_has(s->ctx, s->text, section, "seed")) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
 }
 
 /* D and the field at the start, unless [transport] has them. */
@@ -229,16 +229,16 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"D", "initial"};
     pd_setup *u = s->setup;
-    int transport = pd_text_has(s->ctx, s->text, pd_text_section(s->ctx, s->text, "transport", NULL), NULL);
+    int transport = pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "transport", NULL), NULL);
     for (int k = 0; k < 2 && transport; k++)
-        if (pd_text_has(s->ctx, s->text, section, keys[k]))
-            return pd_text_refuse(s->ctx, s->text, section, keys[k],
-                                  "found beside a [transport] section, expected it there");
+        if (pdi_text_has(s->ctx, s->text, section, keys[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, keys[k],
+                                   "found beside a [transport] section, expected it there");
     if (!transport) {
         PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
         PDI_TRY(pdi_reader_initial(s, section));
     }
-    if (u->activation && (u->diffusivity > 0.0 || pd_text_has(s->ctx, s->text, section, "initial")))
+    if (u->activation && (u->diffusivity > 0.0 || pdi_text_has(s->ctx, s->text, section, "initial")))
         pdi_setup_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
     return pdi_reader_within(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
 }
@@ -247,21 +247,21 @@ static pd_status pdi_read_metal_fluid(pdi_reader *s, int section)
 PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "corrode", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "corrode", NULL);
     double saturation;
     if (!u->has_corrode) return PD_OK;
     if (u->solid < 0)
-        return pd_text_refuse(s->ctx, s->text, section, "corrode",
-                              "found no solid, expected a [shape ...] with kind = solid");
+        return pdi_text_refuse(s->ctx, s->text, section, "corrode",
+                               "found no solid, expected a [shape ...] with kind = solid");
     PDI_TRY(pdi_read_metal_forms(s, section));
     PDI_TRY(pdi_reader_within(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
     PDI_TRY(pdi_read_metal_boundaries(s, section));
     PDI_TRY(pdi_read_metal_fluid(s, section));
-    if (pd_text_has(s->ctx, s->text, section, "repassivation"))
+    if (pdi_text_has(s->ctx, s->text, section, "repassivation"))
         PDI_TRY(pdi_reader_within(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
                                  &u->repassivation));
     if (u->activation && u->repassivation > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "repassivation",
-                              "found beside control = activation, expected diffusion: there all fluid holds bulk");
+        return pdi_text_refuse(s->ctx, s->text, section, "repassivation",
+                               "found beside control = activation, expected diffusion: there all fluid holds bulk");
     return PD_OK;
 }

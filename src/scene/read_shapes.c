@@ -46,35 +46,35 @@ typedef enum pdi_read_shapes_form {
 static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
 {
     int count;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
-                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
+                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
 {
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
     if (*value > 0.0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
 
 static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_BOX;
-    PDI_TRY(pd_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
     if (count == PD_DIM) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
-                          " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
+                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
     shape->type = PD_SHAPE_CYLINDER;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
-    if (pd_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
+    if (pdi_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
     return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
 }
 
@@ -83,13 +83,13 @@ static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
-    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
-    if (!yes) return pd_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
+    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    if (!yes) return pdi_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
     PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
     PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
     for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
     if (size > 0.0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
+    return pdi_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
 /* White is inside (as the metal of a tomogram); the picture's lowest row is the first row of the mask. */
@@ -100,19 +100,19 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
     uint8_t *mask = NULL;
     memset(&image, 0, sizeof image);
     if (PD_DIM != 2)
-        return pd_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
-                              " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
+                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pd_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
+    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
     pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     for (int row = 0; row < image.height && status == PD_OK; row++)
         for (int column = 0; column < image.width; column++)
             mask[(size_t)(image.height - 1 - row) * (size_t)image.width + (size_t)column] =
-                pd_image_gray(&image, column, row) >= 128;
+                pdi_image_gray(&image, column, row) >= 128;
     shape->n[0] = image.width;
     shape->n[PD_DIM - 1] = image.height;
     shape->mask = mask;
-    pd_image_free(s->ctx, &image);
+    pdi_image_free(s->ctx, &image);
     return status;
 }
 
@@ -127,8 +127,8 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
     PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
-            return pd_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
-                                  number[d]);
+            return pdi_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
+                                   number[d]);
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
@@ -138,9 +138,9 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
         return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
-        status = pd_text_refuse(s->ctx, s->text, s->section, "raw",
-                                "found a file of %.0f bytes, expected %.0f, one for each"
-                                " voxel", (double)size, voxels);
+        status = pdi_text_refuse(s->ctx, s->text, s->section, "raw",
+                                 "found a file of %.0f bytes, expected %.0f, one for each"
+                                 " voxel", (double)size, voxels);
     else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK && mask) {
         memcpy(mask, bytes, size);
@@ -155,12 +155,12 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     int count;
     shape->type = PD_SHAPE_VOXELS;
     PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "cell",
-                                  "expected one positive length or one for each axis");
+            return pdi_text_refuse(s->ctx, s->text, s->section, "cell",
+                                   "expected one positive length or one for each axis");
     }
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
@@ -174,7 +174,7 @@ static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const
             *index = s->index[k];
             return PD_OK;
         }
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
 }
 
 static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
@@ -185,10 +185,10 @@ static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_f
     shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
                   : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
                                                  : PD_SHAPE_DIFFERENCE;
-    PDI_TRY(pd_text_words(s->ctx, s->text, s->section, key, NULL, &list));
+    PDI_TRY(pdi_text_words(s->ctx, s->text, s->section, key, NULL, &list));
     if (list.count < 2 || list.count > room)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
-                              list.count > 1 ? "s" : "", room);
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
+                               list.count > 1 ? "s" : "", room);
     for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find(s, key, list.word[k], &shape->child[k]));
     shape->children = list.count;
     return PD_OK;
@@ -198,18 +198,18 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
 {
     int found = -1;
     for (int k = 0; pdi_read_shapes_forms[k]; k++) {
-        if (!pd_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
+        if (!pdi_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
         if (found >= 0)
-            return pd_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
-                                  "found beside '%s', expected one"
-                                  " primitive or operation in a [shape] section",
-                                  pdi_read_shapes_forms[found]);
+            return pdi_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
+                                   "found beside '%s', expected one"
+                                   " primitive or operation in a [shape] section",
+                                   pdi_read_shapes_forms[found]);
         found = k;
     }
     if (found < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape",
-                              "found no geometry, expected one of box, ball, cylinder,"
-                              " half_space, mask, raw, union, intersect, difference");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
+                               "found no geometry, expected one of box, ball, cylinder,"
+                               " half_space, mask, raw, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
@@ -237,7 +237,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
     }
     PDI_TRY(pdi_setup_shape(s->ctx, s->setup, &shape, index));
-    PDI_TRY(pd_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
     return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
 }
 
@@ -248,15 +248,15 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     int found = 0;
     const char *name;
     pd_material material;
-    if (!pd_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
+    if (!pdi_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
                               PDI_MATERIAL_NAMES);
     if (!s->materials++) u->metal[0].material = material;
     while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
     if (found == PD_SETUP_METALS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
     pd_setup_metal *metal = &u->metal[found];
     if (found == u->metals) {
         metal->material = material;
@@ -273,24 +273,24 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
-    if (!pd_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
+    if (!pdi_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
     PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
-    PDI_TRY(pd_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    PDI_TRY(pdi_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
-                              grain.spread);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                               grain.spread);
     if (!(grain.boundary_width >= 0.0) || grain.boundary_width > grain.size)
-        return pd_text_refuse(s->ctx, s->text, s->section, "boundary_width",
-                              "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "boundary_width",
+                               "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
     double change = fabs(grain.size - first->size) + fabs(grain.spread - first->spread) +
                     fabs(grain.boundary_width - first->boundary_width);
     if (s->grains++ && (change > 0.0 || grain.seed != first->seed))
-        return pd_text_refuse(s->ctx, s->text, s->section, "grains",
-                              "found other grains than in a shape above, expected the same for all solids");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "grains",
+                               "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
@@ -302,16 +302,16 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
 {
     pd_setup *u = s->setup;
     if (u->wall_count >= PD_SETUP_WALLS)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
     pd_setup_wall *w = &u->walls[u->wall_count++];
     w->shape = index;
     w->section = s->section;
-    if (u->has_transport && pd_text_has(s->ctx, s->text, s->section, "C")) {
-        PDI_TRY(pd_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                             &w->held));
-        if (!w->held.uses && !(pd_expr_eval(&w->held, NULL) >= 0.0))
-            return pd_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
-                                  pd_expr_eval(&w->held, NULL));
+    if (u->has_transport && pdi_text_has(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pdi_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                              &w->held));
+        if (!w->held.uses && !(pdi_expr_eval(&w->held, NULL) >= 0.0))
+            return pdi_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
+                                   pdi_expr_eval(&w->held, NULL));
         w->holds = 1;
     }
     return pdi_setup_join(s->ctx, u, index, &u->wall);
@@ -323,13 +323,13 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
     pd_setup *u = s->setup;
     double value;
     if (!u->has_transport)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
-    PDI_TRY(pd_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
     if (!(value >= 0.0))
-        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
     if (u->medium >= 0 && fabs(value - u->medium_diffusivity) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
-                              " expected the same for all");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
+                               " expected the same for all");
     u->medium_diffusivity = value;
     return pdi_setup_join(s->ctx, u, index, &u->medium);
 }
@@ -338,7 +338,7 @@ static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
 static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 {
     if (!s->setup->has_corrode)
-        return pd_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
     return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
 }
 
@@ -347,10 +347,10 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
-    if (label[0] == '\0') return pd_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
+    if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
     if (s->names >= PD_SETUP_SHAPES)
-        return pd_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
+        return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
     PDI_TRY(pdi_read_shapes_geometry(s, &index));
     s->name[s->names] = label;
     s->index[s->names] = index;
@@ -375,15 +375,15 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.text = text;
     s.folder = folder;
     s.setup = setup;
-    for (s.section = pd_text_next(ctx, text, "shape", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "shape", s.section))
+    for (s.section = pdi_text_next(ctx, text, "shape", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "shape", s.section))
         PDI_TRY(pdi_read_shapes_section(&s));
     for (int k = 0; k < s.names; k++) {
         if (s.used[k]) continue;
-        return pd_text_refuse(ctx, text, pd_text_section(ctx, text, "shape", s.name[k]), "shape",
-                              "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                              " medium or passive",
-                              s.name[k]);
+        return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
+                               "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                               " medium or passive",
+                               s.name[k]);
     }
     return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }

@@ -11,12 +11,12 @@ static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
     const char *label = s->text->section[s->section].label;
     int taken = pdi_read_constants_taken(label);
     if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
-        return pd_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
-                              " letters, digits and _: [table NAME]", label);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
+                               " letters, digits and _: [table NAME]", label);
     for (int k = 0; k < s->text->const_count; k++) taken |= strcmp(s->text->consts[k].name, label) == 0;
     if (taken)
-        return pd_text_refuse(s->ctx, s->text, s->section, "table",
-                              "found the name '%s', expected one that expressions do not have", label);
+        return pdi_text_refuse(s->ctx, s->text, s->section, "table",
+                               "found the name '%s', expected one that expressions do not have", label);
     memcpy(name, label, strlen(label) + 1);
     return PD_OK;
 }
@@ -26,16 +26,16 @@ static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key,
 {
     double number;
     char list[240] = "";
-    *column = pd_table_find(&s->table, heading);
+    *column = pdi_table_find(&s->table, heading);
     if (*column >= 0) return PD_OK;
     for (int k = 0; k < s->table.columns; k++) {
         size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pd_table_text(&s->table, -1, k));
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_text(&s->table, -1, k));
         if (pdi_file_parse(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
     }
     if (*column >= 0) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
-                          s->table.path, list);
+    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
+                           s->table.path, list);
 }
 
 /* The unit at the end of a heading, "loss [%]" or "loss [1]"; none: a plain number. */
@@ -56,7 +56,7 @@ static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key
     size_t size = strlen(given);
     const char *in = NULL;
     unit[0] = '\0';
-    if (size >= PD_EXPR_LENGTH) return pd_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
+    if (size >= PD_EXPR_LENGTH) return pdi_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
     memcpy(heading, given, size + 1);
     for (size_t k = 1; k + 4 < size; k++)
         if (memcmp(given + k, " in ", 4) == 0) {
@@ -64,8 +64,8 @@ static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key
             size = k;
         }
     if (in && strlen(in) >= PD_UNITS_TEXT)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                              " 'in'", in);
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                               " 'in'", in);
     if (in) memcpy(unit, in, strlen(in) + 1);
     while (size > 0 && pdi_units_blank(heading[size - 1])) size--;
     heading[size] = '\0';
@@ -78,15 +78,15 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *s, const char *ke
     const char *given, *name;
     char heading[PD_EXPR_LENGTH];
     int column;
-    PDI_TRY(pd_text_string(s->ctx, s->text, s->section, key, fallback, &given));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, key, fallback, &given));
     PDI_TRY(pdi_read_tables_split(s, key, given, heading, unit));
     PDI_TRY(pdi_read_tables_find(s, key, heading, &column));
-    name = pd_table_text(&s->table, -1, column);
+    name = pdi_table_text(&s->table, -1, column);
     if (bracket && !unit[0]) pdi_read_tables_bracket(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
-        return pd_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                              " 'in'", unit);
-    if (pd_table_column(s->ctx, &s->table, name, values) < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
+                               " 'in'", unit);
+    if (pdi_table_column(s->ctx, &s->table, name, values) < 0)
         return pdi_named_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
@@ -99,7 +99,7 @@ static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, doub
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
     PDI_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
     PDI_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
@@ -107,14 +107,14 @@ static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, doub
         char before[PD_UNITS_TEXT] = "";
         if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
         if (wrong)
-            return pd_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
-                                  s->table.path, s->table.line[k], x[k], y[k], before, wrong);
+            return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
+                                   s->table.path, s->table.line[k], x[k], y[k], before, wrong);
     }
     for (int k = 0; k < s->table.rows; k++) {
         x[k] *= x_unit;
         y[k] *= y_unit;
     }
-    if (pd_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
+    if (pdi_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
     return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
 }
 
@@ -124,7 +124,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     double *x = NULL, *y = NULL;
     PDI_TRY(pdi_read_tables_name(s, table->name));
     PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pd_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
@@ -133,7 +133,7 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
-    pd_table_free(s->ctx, &s->table);
+    pdi_table_free(s->ctx, &s->table);
     return status;
 }
 
@@ -145,13 +145,13 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (int at = pd_text_next(ctx, text, "table", -1); at >= 0; at = pd_text_next(ctx, text, "table", at)) count++;
+    for (int at = pdi_text_next(ctx, text, "table", -1); at >= 0; at = pdi_text_next(ctx, text, "table", at)) count++;
     if (!count) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "chart", count, setup->table));
     setup->tables = count;
     PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
-    for (s.section = pd_text_next(ctx, text, "table", -1); s.section >= 0;
-         s.section = pd_text_next(ctx, text, "table", s.section), k++)
+    for (s.section = pdi_text_next(ctx, text, "table", -1); s.section >= 0;
+         s.section = pdi_text_next(ctx, text, "table", s.section), k++)
         PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
     text->tables = setup->function;
     text->table_count = count;

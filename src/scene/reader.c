@@ -5,16 +5,16 @@ PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, 
                                   double low, double high, int low_open, double *value)
 {
     char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
     if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
     pdi_setup_show(*value, unit, found);
     pdi_setup_show(low, unit, bottom);
     pdi_setup_show(high, unit, top);
     if (high < PDI_READER_HUGE || *value > high)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                              low_open ? "above" : "from", bottom, top);
-    return pd_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
-                          low_open ? "a positive value" : "a value of at least 0");
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
+                               low_open ? "above" : "from", bottom, top);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
+                           low_open ? "a positive value" : "a value of at least 0");
 }
 
 PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
@@ -32,9 +32,9 @@ PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char 
 PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
 {
     pd_expr *initial = &s->setup->initial;
-    PDI_TRY(pd_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
-    if (pd_expr_constant(initial) && pd_expr_eval(initial, NULL) < 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                              pd_expr_eval(initial, NULL));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
+    if (pdi_expr_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                               pdi_expr_eval(initial, NULL));
     return PD_OK;
 }

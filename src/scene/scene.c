@@ -21,7 +21,7 @@
 /* Keep in mind whether the file sets the knob. */
 static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob knob)
 {
-    if (pd_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+    if (pdi_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
 }
 
 /* ---- [grid] ---- */
@@ -34,15 +34,15 @@ static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
         if (!(cells < PDI_SCENE_CELLS)) {
             pdi_setup_show(u->h[d], "m", spacing);
-            return pd_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
-                                  " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
+            return pdi_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
+                                   " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
         }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
         pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
         pdi_setup_show(u->h[d], "m", spacing);
-        return pd_text_refuse(s->ctx, s->text, section, "box",
-                              "found %s on axis %c, %.6g cells of %s, expected a whole number"
-                              " of cells", edge, "xyz"[d], cells, spacing);
+        return pdi_text_refuse(s->ctx, s->text, section, "box",
+                               "found %s on axis %c, %.6g cells of %s, expected a whole number"
+                               " of cells", edge, "xyz"[d], cells, spacing);
     }
     return PD_OK;
 }
@@ -55,11 +55,11 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     int r = PD_DIM - 1;
     double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
     if (PD_DIM != 2)
-        return pd_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
-                              PD_DIM);
+        return pdi_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                               PD_DIM);
     if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
         u->lo[r] = 0.0;
         u->side[2 * r].kind = PD_SIDE_MIRROR;
@@ -68,29 +68,29 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
     pdi_setup_show(u->lo[r], "m", found);
     pdi_setup_show(reach * u->h[r], "m", horizon);
-    return pd_text_refuse(s->ctx, s->text, section, "box",
-                          "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
-                          " horizon, %s", found, horizon);
+    return pdi_text_refuse(s->ctx, s->text, section, "box",
+                           "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                           " horizon, %s", found, horizon);
 }
 
 static pd_status pdi_scene_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "grid", NULL), count;
-    PDI_TRY(pd_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
+    int section = pdi_text_section(s->ctx, s->text, "grid", NULL), count;
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
     if (count != 1 && count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
+        return pdi_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) u->h[d] = u->h[0];
         if (!(u->h[d] > 0.0))
-            return pd_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
+            return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
     PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
-    PDI_TRY(pd_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
+    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pd_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
-                              " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
-    PDI_TRY(pd_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+        return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
+                               " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
     PDI_TRY(pdi_scene_whole_cells(s, section));
     return pdi_scene_geometry(s, section);
 }
@@ -99,13 +99,14 @@ static pd_status pdi_scene_grid(pdi_reader *s)
 
 static pd_status pdi_scene_side_names(pdi_reader *s)
 {
-    for (int k = pd_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pd_text_next(s->ctx, s->text, "side", k)) {
+    for (int k = pdi_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pdi_text_next(s->ctx, s->text, "side", k)) {
         const char *label = s->text->section[k].label;
         int known = 0;
         for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
         if (!known)
-            return pd_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
-                                  " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "", PD_DIM);
+            return pdi_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
+                                   " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "",
+                                   PD_DIM);
     }
     return PD_OK;
 }
@@ -114,7 +115,7 @@ static pd_status pdi_scene_side_names(pdi_reader *s)
 static pd_status pdi_scene_expr(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
                                 pd_expr *expr)
 {
-    return pd_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
+    return pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
 }
 
 /* What goes through an inlet: a constant, left to the caller (stream->uses is 0), or a function of time. */
@@ -122,21 +123,21 @@ static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, c
 {
     PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
     if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
-                          " profile = expression with a velocity");
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
+                           " profile = expression with a velocity");
 }
 
 static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int volume = pd_text_has(s->ctx, s->text, section, "flow_rate");
+    int volume = pdi_text_has(s->ctx, s->text, section, "flow_rate");
     if (!volume) PDI_TRY(pdi_scene_stream(s, section, "mean", "m/s", &side->stream));
     if (!volume && side->stream.uses) return PD_OK;
     if (!volume) return pdi_reader_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
-    if (pd_text_has(s->ctx, s->text, section, "mean"))
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
+    if (pdi_text_has(s->ctx, s->text, section, "mean"))
+        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
-        return pd_text_refuse(s->ctx, s->text, section, "flow_rate",
-                              "found a volume flow in 1D, expected mean = speed");
+        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate",
+                               "found a volume flow in 1D, expected mean = speed");
     side->flow_rate = 1.0;
     PDI_TRY(pdi_scene_stream(s, section, "flow_rate", "m3/s", &side->stream));
     if (side->stream.uses) return PD_OK;
@@ -148,15 +149,15 @@ static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     int profile;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
     if (side->profile != PD_PROFILE_EXPRESSION) return pdi_scene_speed(s, section, side);
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
     for (int d = 0; d < PD_DIM; d++)
-        if (pd_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
-    return pd_text_refuse(s->ctx, s->text, section, "profile",
-                          "found 'expression' without a velocity, expected vx = ...");
+        if (pdi_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "profile",
+                           "found 'expression' without a velocity, expected vx = ...");
 }
 
 /* The inflow has one concentration, the outflow one pressure: a second value must repeat the first. */
@@ -166,8 +167,8 @@ static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, con
     PDI_TRY(pdi_reader_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_HUGE : 0.0, PDI_READER_HUGE, 0,
                              &found));
     if (*seen && fabs(found - *value) > 0.0)
-        return pd_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
-                              found, *value);
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
+                               found, *value);
     *seen = 1;
     *value = found;
     return PD_OK;
@@ -187,7 +188,7 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
     pd_expr found;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", "0", &found));
     if (!found.uses) {
-        pd_expr_free(s->ctx, &found);
+        pdi_expr_free(s->ctx, &found);
         return pdi_scene_same(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
     }
     side->entering = found;
@@ -200,18 +201,18 @@ static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
     int count;
-    if (s->setup->has_flow && pd_text_has(s->ctx, s->text, section, "velocity")) {
-        PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                              PD_DIM, side->slide, &count));
+    if (s->setup->has_flow && pdi_text_has(s->ctx, s->text, section, "velocity")) {
+        PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                               PD_DIM, side->slide, &count));
         for (int d = 0; d < count; d++)
-            side->slides = side->slides || side->slide[d].uses || fabs(pd_expr_eval(&side->slide[d], NULL)) > 0.0;
+            side->slides = side->slides || side->slide[d].uses || fabs(pdi_expr_eval(&side->slide[d], NULL)) > 0.0;
         const pd_expr *across = &side->slide[k / 2];
-        if (count != PD_DIM || across->uses || fabs(pd_expr_eval(across, NULL)) > 0.0)
-            return pd_text_refuse(s->ctx, s->text, section, "velocity",
-                                  "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
-                                  "xyz"[k / 2]);
+        if (count != PD_DIM || across->uses || fabs(pdi_expr_eval(across, NULL)) > 0.0)
+            return pdi_text_refuse(s->ctx, s->text, section, "velocity",
+                                   "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
+                                   "xyz"[k / 2]);
     }
-    if (!s->setup->has_transport || !pd_text_has(s->ctx, s->text, section, "C")) return PD_OK;
+    if (!s->setup->has_transport || !pdi_text_has(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
     PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
     double held;
@@ -225,9 +226,9 @@ static pd_status pdi_scene_pairs(pdi_reader *s)
         const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
         if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
         int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
-        return pd_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
-                              pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        return pdi_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
+                               pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
     }
     return PD_OK;
 }
@@ -235,10 +236,10 @@ static pd_status pdi_scene_pairs(pdi_reader *s)
 /* In fluid at rest an open side has the bulk of the solution behind it: its plane holds that. */
 static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int corrode = pd_text_section(s->ctx, s->text, "corrode", NULL);
-    if (pd_text_has(s->ctx, s->text, section, "C"))
-        return pd_text_refuse(s->ctx, s->text, section, "C",
-                              "found beside flow = open, expected bulk in [corrode], or C without open");
+    int corrode = pdi_text_section(s->ctx, s->text, "corrode", NULL);
+    if (pdi_text_has(s->ctx, s->text, section, "C"))
+        return pdi_text_refuse(s->ctx, s->text, section, "C",
+                               "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->holds = 1;
     return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
@@ -251,21 +252,21 @@ static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, 
     pd_setup *u = s->setup;
     int flow;
     if (u->has_gas) return pdi_read_gas_side(s->ctx, s->text, section, &u->side[k]);
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (u->axisymmetric && k / 2 == PD_DIM - 1) {
         int axis = u->side[k].kind == PD_SIDE_MIRROR;
         if (axis && flow != PD_SIDE_MIRROR)
-            return pd_text_refuse(s->ctx, s->text, section, "flow",
-                                  "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+            return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                                   "found '%s' on the axis, expected mirror or nothing", flows[flow]);
         if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
-            return pd_text_refuse(s->ctx, s->text, section, "flow",
-                                  "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+            return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
     if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
     if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found '%s' without a [flow] section, expected C = ... alone"
-                              " to hold a concentration", flows[flow]);
+        return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                               "found '%s' without a [flow] section, expected C = ... alone"
+                               " to hold a concentration", flows[flow]);
     if (flow == open) return pdi_scene_open(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
     if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
@@ -281,8 +282,8 @@ static pd_status pdi_scene_sides(pdi_reader *s)
     int inlets = 0, outlets = 0;
     PDI_TRY(pdi_scene_side_names(s));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        if (pd_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (pdi_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
     }
     return pdi_scene_pairs(s);
 }
@@ -297,25 +298,25 @@ static pd_status pdi_scene_motion(pdi_reader *s, int section)
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->motion = (pd_motion)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
-            return pd_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
-                                  motions[motion]);
+            return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
+                                   motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
     if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
-        return pd_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
-                              " implicit or explicit: a given flow does not enter where metal was");
+        return pdi_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
+                               " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pd_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
-                             &u->start[d]));
+        PDI_TRY(pdi_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
+                              &u->start[d]));
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) {
         pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
         return pdi_reader_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
     return pdi_reader_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
 
@@ -326,8 +327,8 @@ static pd_status pdi_scene_compressible(pdi_reader *s, int section)
     double sound;
     int state;
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
-    if (!pd_text_has(s->ctx, s->text, section, "eos") && !pd_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    if (!pdi_text_has(s->ctx, s->text, section, "eos") && !pdi_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
     PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", "1 m/s", &sound));
     pdi_setup_note(s->setup,
                    "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
@@ -339,28 +340,28 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
-    if (!pd_text_has(s->ctx, s->text, section, "force")) return PD_OK;
-    PDI_TRY(pd_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                          PD_DIM, u->body, &count));
+    if (!pdi_text_has(s->ctx, s->text, section, "force")) return PD_OK;
+    PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                           PD_DIM, u->body, &count));
     for (int d = 0; d < count; d++) u->pushed = u->pushed || u->body[d].uses;
     if (u->pushed) return PD_OK;
-    for (int d = 0; d < count; d++) pd_expr_free(s->ctx, &u->body[d]);
-    return pd_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+    for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body[d]);
+    return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
 static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
+    int section = pdi_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_reader_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_reader_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_reader_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
     pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
     PDI_TRY(pdi_scene_force(s, section));
-    if (pd_text_has(s->ctx, s->text, section, "speed"))
+    if (pdi_text_has(s->ctx, s->text, section, "speed"))
         PDI_TRY(pdi_reader_positive(s, section, "speed", "m/s", NULL, &u->speed));
-    if (pd_text_has(s->ctx, s->text, section, "length"))
+    if (pdi_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
     PDI_TRY(pdi_scene_motion(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
@@ -369,8 +370,8 @@ static pd_status pdi_scene_flow(pdi_reader *s)
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
-        return pd_text_refuse(s->ctx, s->text, section, "flow",
-                              "found an inlet and no outlet, expected flow = outlet in a [side ...]");
+        return pdi_text_refuse(s->ctx, s->text, section, "flow",
+                               "found an inlet and no outlet, expected flow = outlet in a [side ...]");
     return PD_OK;
 }
 
@@ -378,15 +379,15 @@ static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "transport", NULL), scheme;
-    if (!pd_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
+    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme;
+    if (!pdi_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pd_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
     if (u->settle && u->has_dissolve)
-        return pd_text_refuse(s->ctx, s->text, section, "time",
-                              "found 'steady' beside metal that dissolves, expected implicit");
+        return pdi_text_refuse(s->ctx, s->text, section, "time",
+                               "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_reader_initial(s, section);
 }
 
@@ -397,9 +398,9 @@ static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, c
 {
     for (int k = 0; k < count; k++)
         if (pdi_setup_timed(&expr[k]))
-            return pd_text_refuse(s->ctx, s->text, section, key,
-                                  "found a function of t in a scene that is steady, expected until = ... in [run], time"
-                                  " = implicit in [flow] or [transport], or a function of the place");
+            return pdi_text_refuse(s->ctx, s->text, section, key,
+                                   "found a function of t in a scene that is steady, expected until = ... in [run], "
+                                   "time = implicit in [flow] or [transport], or a function of the place");
     return PD_OK;
 }
 
@@ -410,7 +411,7 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     const pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *side = &u->side[k];
-        int section = pd_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         PDI_TRY(pdi_scene_steady(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean", &side->stream, 1));
         for (int d = 0; d < PD_DIM; d++)
             PDI_TRY(pdi_scene_steady(s, section, keys[d], &side->velocity[d], 1));
@@ -420,22 +421,22 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     for (int k = 0; k < u->wall_count; k++)
         PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
-    return pdi_scene_steady(s, pd_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
+    return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
 static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "run", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pd_text_has(s->ctx, s->text, section, "until");
+    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pdi_text_has(s->ctx, s->text, section, "until");
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
-        return pd_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
-                              " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
+        return pdi_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
+                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
     if (!u->has_transport) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
@@ -448,7 +449,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = fmin(1.0, 25.0 * u->rtol);
-    if (!pd_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
+    if (!pdi_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
     return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
@@ -457,9 +458,9 @@ static pd_status pdi_scene_slice(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
-    if (!pd_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    if (PD_DIM < 3) return pd_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
-                                          PD_DIM);
+    if (!pdi_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
+    if (PD_DIM < 3) return pdi_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
+                                           PD_DIM);
     return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
@@ -467,10 +468,10 @@ static pd_status pdi_scene_slice(pdi_reader *s, int section)
 static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 {
     const char *value;
-    PDI_TRY(pd_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
     if (strlen(value) >= PD_SETUP_NAME || strpbrk(value, "/\\ :"))
-        return pd_text_refuse(s->ctx, s->text, section, "prefix", "found '%.40s', expected a short word without folder",
-                              value);
+        return pdi_text_refuse(s->ctx, s->text, section, "prefix",
+                               "found '%.40s', expected a short word without folder", value);
     memcpy(s->setup->prefix, value, strlen(value) + 1);
     return PD_OK;
 }
@@ -478,14 +479,14 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pd_text_section(s->ctx, s->text, "output", NULL);
+    int section = pdi_text_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
-    if (u->until > 0.0 && pd_text_has(s->ctx, s->text, section, "every"))
+    if (u->until > 0.0 && pdi_text_has(s->ctx, s->text, section, "every"))
         PDI_TRY(pdi_reader_positive(s, section, "every", "s", NULL, &u->every));
     if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
-        return pd_text_refuse(s->ctx, s->text, section, "every",
-                              "found %.3g frames until the end, expected at most 900000", u->until / u->every);
+        return pdi_text_refuse(s->ctx, s->text, section, "every",
+                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" : "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
@@ -497,7 +498,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
 /* Line of a section, 0: absent. */
 static int pdi_scene_line(pdi_reader *s, const char *name, const char *label)
 {
-    int section = pd_text_section(s->ctx, s->text, name, label);
+    int section = pdi_text_section(s->ctx, s->text, name, label);
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
@@ -525,9 +526,9 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     pdi_setup_split_path(path, name, folder);
     PDI_TRY(pdi_syntax_check(ctx, text));
     pdi_scene_lines(&s);
-    setup->has_flow = pd_text_has(ctx, text, pd_text_section(ctx, text, "flow", NULL), NULL);
-    setup->has_gas = pd_text_has(ctx, text, pd_text_section(ctx, text, "gas", NULL), NULL);
-    setup->has_transport = pd_text_has(ctx, text, pd_text_section(ctx, text, "transport", NULL), NULL);
+    setup->has_flow = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "flow", NULL), NULL);
+    setup->has_gas = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "gas", NULL), NULL);
+    setup->has_transport = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "transport", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
@@ -548,10 +549,10 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
-    PDI_TRY(pd_text_unused(ctx, text));
+    PDI_TRY(pdi_text_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport)
-        return pd_text_refuse(ctx, text, 0, "scene",
-                              "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
+        return pdi_text_refuse(ctx, text, 0, "scene",
+                               "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
     return PD_OK;
 }
 
@@ -559,9 +560,9 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
                                 pd_setup *setup)
 {
     if (text->section_count <= 1 && text->entry_count == 0)
-        return pd_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
-    if (pd_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
-    for (int k = 0; k < count; k++) PDI_TRY(pd_text_override(ctx, text, overrides[k]));
+        return pdi_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
+    if (pdi_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
@@ -575,14 +576,14 @@ static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes
                                 int count, pd_setup *setup)
 {
     pd_text text;
-    PDI_TRY(pd_setup_init(ctx, setup));
+    PDI_TRY(pdi_setup_init(ctx, setup));
     pdi_setup_split_path(path, setup->name, NULL);
     if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
-    pd_status status = bytes ? pd_text_build(ctx, path, bytes, strlen(bytes), &text) : pd_text_read(ctx, path, &text);
+    pd_status status = bytes ? pdi_text_build(ctx, path, bytes, strlen(bytes), &text) : pdi_text_read(ctx, path, &text);
     if (status == PD_OK) {
         status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
         if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
-        pd_text_free(ctx, &text);
+        pdi_text_free(ctx, &text);
     }
     if (status < 0) pd_setup_free(ctx, setup);
     return status;

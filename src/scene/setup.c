@@ -19,7 +19,7 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
                                                    {"y", "m", 0.0}, {"z", "m", 0.0}};
 
-pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
+PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
@@ -27,7 +27,7 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
-    setup->metal[0].material = pd_material_mg4ag();
+    pd_material_find("mg4ag", &setup->metal[0].material);
     setup->metal[0].solid_c = pd_material_concentration(&setup->metal[0].material);
     setup->metal[0].shape = -1;
     setup->metal[0].rate_scale = 1.0;
@@ -41,22 +41,22 @@ pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup)
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].velocity[d]);
-        for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->side[s].slide[d]);
-        pd_expr_free(ctx, &setup->side[s].stream);
-        pd_expr_free(ctx, &setup->side[s].entering);
-        pd_expr_free(ctx, &setup->side[s].held);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
+        pdi_expr_free(ctx, &setup->side[s].stream);
+        pdi_expr_free(ctx, &setup->side[s].entering);
+        pdi_expr_free(ctx, &setup->side[s].held);
     }
-    for (int k = 0; k < setup->wall_count; k++) pd_expr_free(ctx, &setup->walls[k].held);
-    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->body[d]);
-    for (int d = 0; d < PD_DIM; d++) pd_expr_free(ctx, &setup->start[d]);
-    pd_expr_free(ctx, &setup->gas_rho);
-    pd_expr_free(ctx, &setup->gas_p);
-    pd_expr_free(ctx, &setup->initial);
-    for (int k = 0; k < setup->metals; k++) pd_expr_free(ctx, &setup->metal[k].rate);
+    for (int k = 0; k < setup->wall_count; k++) pdi_expr_free(ctx, &setup->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->body[d]);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->start[d]);
+    pdi_expr_free(ctx, &setup->gas_rho);
+    pdi_expr_free(ctx, &setup->gas_p);
+    pdi_expr_free(ctx, &setup->initial);
+    for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
-    for (int k = 0; k < setup->tables; k++) pd_curve_free(ctx, &setup->table[k].curve);
+    for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
     PDI_DELETE(ctx, setup->identity_size, setup->identity);
@@ -120,7 +120,7 @@ PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
     double vars[PDI_SETUP_LAW];
     memset(vars, 0, sizeof vars);
-    return metal->rate_scale * pd_expr_eval(&metal->rate, vars);
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
 PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
@@ -128,7 +128,7 @@ PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
     double vars[PDI_SETUP_PLACE];
     memcpy(vars, x, PD_DIM * sizeof *x);
     vars[PD_DIM] = t;
-    return pd_expr_eval(expr, vars);
+    return pdi_expr_eval(expr, vars);
 }
 
 PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
@@ -170,12 +170,12 @@ PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const
     const char *folder;
     char own[PD_SETUP_NAME + 16];
     snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
-    PDI_TRY(pd_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
+    PDI_TRY(pdi_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pd_text_refuse(ctx, text, section, key, "the path is too long");
+        return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     if (!pdi_file_below(folder))
-        return pd_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
-                              " without '..': only who starts the run may choose another", folder);
+        return pdi_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
+                               " without '..': only who starts the run may choose another", folder);
     memcpy(setup->folder, folder, strlen(folder) + 1);
     return PD_OK;
 }
@@ -207,7 +207,7 @@ PDI_FN void pdi_setup_show(double value, const char *unit, char *text)
     pd_ctx_init(&quiet);
     memset(&dims, 0, sizeof dims);
     pd_units_parse(&quiet, unit, NULL, &dims);
-    pd_units_format(value, &dims, text);
+    pdi_units_format(value, &dims, text);
 }
 
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)

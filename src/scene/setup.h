@@ -263,11 +263,12 @@ typedef struct pd_setup {
     int notes;
 } pd_setup;
 
-#define pd_setup_init PD_NAME(pd_setup_init)
 #define pd_setup_free PD_NAME(pd_setup_free)
 
+#ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
-PD_API pd_status pd_setup_init(pd_ctx *ctx, pd_setup *setup);
+PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
+#endif
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 
 #ifdef PDI_INTERNAL

@@ -62,8 +62,8 @@ static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int sec
         snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
     }
     pdi_units_hint(&near_word, hint);
-    return pd_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
-                          hint);
+    return pdi_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
+                           hint);
 }
 
 static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
@@ -86,7 +86,7 @@ PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
     for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
-        if (e->section == 0) continue; /* a pair before the first section: pd_text_unused */
+        if (e->section == 0) continue; /* a pair before the first section: pdi_text_unused */
         PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
         PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
     }

@@ -6,7 +6,7 @@
 
 #ifdef PDI_INTERNAL
 /* PD_ERR_PARSE or PD_ERR_ARGUMENT with file:line: a section or a key that no scene has, and the nearest that one has.
- * Whether a key has an effect in this scene is left to pd_text_unused. */
+ * Whether a key has an effect in this scene is left to pdi_text_unused. */
 PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text);
 #endif
 

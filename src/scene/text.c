@@ -263,26 +263,26 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
     return PD_OK;
 }
 
-pd_status pd_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text)
+PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text)
 {
     memset(text, 0, sizeof *text);
     pd_status status = pdi_text_parse(ctx, text, name, bytes, size);
-    if (status < 0) pd_text_free(ctx, text);
+    if (status < 0) pdi_text_free(ctx, text);
     return status;
 }
 
-pd_status pd_text_read(pd_ctx *ctx, const char *path, pd_text *text)
+PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text)
 {
     char *data;
     size_t size;
     memset(text, 0, sizeof *text);
     PDI_TRY(pdi_file_read(ctx, path, PD_TEXT_SIZE, &data, &size));
-    pd_status status = pd_text_build(ctx, path, data, size, text);
+    pd_status status = pdi_text_build(ctx, path, data, size, text);
     PDI_DELETE(ctx, size + 1, data);
     return status;
 }
 
-void pd_text_free(pd_ctx *ctx, pd_text *text)
+PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 {
     for (int k = 0; k < text->block_count; k++) PDI_DELETE(ctx, text->block[k].size, text->block[k].bytes);
     PDI_DELETE(ctx, text->block_room, text->block);
@@ -292,7 +292,7 @@ void pd_text_free(pd_ctx *ctx, pd_text *text)
     memset(text, 0, sizeof *text);
 }
 
-int pd_text_flat(const pd_text *text) { return text->flat; }
+PDI_FN int pdi_text_flat(const pd_text *text) { return text->flat; }
 
 /* ---- command line ---- */
 
@@ -360,7 +360,7 @@ static pd_status pdi_text_labelled_section(pd_ctx *ctx, const pd_text *text, con
                           label, text->name, list[0] ? list : "none");
 }
 
-pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
+PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 {
     char *part[3], *t;
     size_t at = 0, value = 0, end;
@@ -399,7 +399,7 @@ pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
 
 /* ---- look-up ---- */
 
-int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
+PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
     int index = -1;
     pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
@@ -408,9 +408,9 @@ int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *la
     return index;
 }
 
-int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
+PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
 {
-    if (after < 0 && pd_text_section(ctx, text, name, NULL) < 0) return -1;
+    if (after < 0 && pdi_text_section(ctx, text, name, NULL) < 0) return -1;
     for (int k = after + 1; k < text->section_count; k++)
         if (text->section[k].present && strcmp(text->section[k].name, name) == 0) return k;
     return -1;
@@ -422,7 +422,7 @@ static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
 }
 
-/* Remember the key for the suggestions of pd_text_unused. */
+/* Remember the key for the suggestions of pdi_text_unused. */
 static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
@@ -442,7 +442,7 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     return PD_OK;
 }
 
-int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
+PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
@@ -517,7 +517,7 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     desc.allow_bare = text->bare;
     desc.where = v->where;
     desc.column = v->column + (int)first;
-    return pd_expr_build(ctx, &desc, expr);
+    return pdi_expr_build(ctx, &desc, expr);
 }
 
 static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
@@ -525,8 +525,8 @@ static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_t
 {
     pd_expr expr;
     PDI_TRY(pdi_text_compile(ctx, text, v, first, end, unit, NULL, 0, &expr));
-    *value = pd_expr_eval(&expr, NULL);
-    pd_expr_free(ctx, &expr);
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(ctx, &expr);
     return PD_OK;
 }
 
@@ -543,12 +543,12 @@ static size_t pdi_text_item(const char *value, size_t first)
 static void pdi_text_what(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
-    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pd_units_describe(&dims, what);
+    if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pdi_units_describe(&dims, what);
     else snprintf(what, PD_UNITS_TEXT, "an expression");
 }
 
-pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                         const char **value)
+PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                 const char **value)
 {
     pdi_text_value v;
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a text", &v));
@@ -556,8 +556,8 @@ pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *ke
     return PD_OK;
 }
 
-pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                         const char *fallback, double *value)
+PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, double *value)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -573,8 +573,8 @@ static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t 
     return pdi_text_wrong(ctx, v, at, expected);
 }
 
-pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                          const char *fallback, int max, double *values, int *count)
+PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                  const char *fallback, int max, double *values, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -591,8 +591,8 @@ pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *k
     }
 }
 
-pd_status pd_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                          const char *fallback, int *value)
+PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                  const char *fallback, int *value)
 {
     pdi_text_value v;
     double number;
@@ -625,19 +625,19 @@ static pd_status pdi_text_pick(pd_ctx *ctx, const pdi_text_value *v, const char 
     return pdi_text_wrong(ctx, v, 0, expected);
 }
 
-pd_status pd_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback, int *value)
+PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                               int *value)
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    int index = 0;
     PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "yes or no", &v));
-    PDI_TRY(pdi_text_pick(ctx, &v, names, &index));
-    *value = index % 2;
+    PDI_TRY(pdi_text_pick(ctx, &v, names, value));
+    *value %= 2;
     return PD_OK;
 }
 
-pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                         const char *fallback, int *index)
+PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                 const char *fallback, int *index)
 {
     pdi_text_value v;
     char list[PDI_TEXT_LIST] = "";
@@ -646,8 +646,8 @@ pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *ke
     return pdi_text_pick(ctx, &v, names, index);
 }
 
-pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                        pd_word_list *list)
+PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                pd_word_list *list)
 {
     pdi_text_value v;
     list->count = 0;
@@ -682,8 +682,8 @@ static pd_status pdi_text_range(pd_ctx *ctx, const pd_text *text, const pdi_text
                     " its end", v->column + (int)at, *low, *high);
 }
 
-pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                         const char *fallback, int max, double *low, double *high, int *count)
+PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, int max, double *low, double *high, int *count)
 {
     pdi_text_value v;
     size_t at = 0, end;
@@ -698,16 +698,16 @@ pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *ke
     }
 }
 
-pd_status pd_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                       const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
+PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
 {
     int count;
-    return pd_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
+    return pdi_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
 }
 
-pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                        const pd_expr_symbol *vars, int var_count, const char *fallback, int max, pd_expr *exprs,
-                        int *count)
+PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                pd_expr *exprs, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -725,13 +725,14 @@ pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
-    while (*count > 0) pd_expr_free(ctx, &exprs[--*count]);
+    while (*count > 0) pdi_expr_free(ctx, &exprs[--*count]);
     return status;
 }
 
 /* ---- reports ---- */
 
-pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format, ...)
+PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                 ...)
 {
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
     if (text->failed) return pdi_text_lost(ctx, text);
@@ -779,15 +780,14 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
                           list[0] ? "one of " : "no key there", list, hint);
 }
 
-pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text)
+PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text)
 {
     if (text->failed) return pdi_text_lost(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
-        if (e->used) continue;
-        if (e->section > 0 && !text->section[text->section[e->section].group].asked)
-            return pdi_text_unknown_section(ctx, text, e->section, e->line);
-        return pdi_text_unknown_key(ctx, text, e);
+        int known = e->section == 0 || text->section[text->section[e->section].group].asked;
+        if (!e->used && known) return pdi_text_unknown_key(ctx, text, e);
+        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
         if (text->section[k].present && !text->section[text->section[k].group].asked)

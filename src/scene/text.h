@@ -8,7 +8,7 @@
  * parentheses (not ==, <=, >=) and ends before the next one or at the end of the line; commas and blanks around the
  * value do not count. A file without any section line is flat: its numbers are SI and need no unit.
  *
- * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pd_text_unused).
+ * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pdi_text_unused).
  * Every message starts with file:line.
  */
 #ifndef PD_TEXT_H
@@ -60,7 +60,7 @@ typedef struct pd_text {
     int entry_count, entry_room;
     pd_text_key *asked; /* keys that were asked for, by group */
     int asked_count, asked_room;
-    pd_text_block *block; /* own the strings; they stay where they are until pd_text_free */
+    pd_text_block *block; /* own the strings; they stay where they are until pdi_text_free */
     int block_count, block_room;
     pd_status failed; /* of a call that could not say so: not enough memory */
 } pd_text;
@@ -70,85 +70,66 @@ typedef struct pd_word_list {
     char word[PD_TEXT_WORDS][PD_TEXT_WORD];
 } pd_word_list;
 
-#define pd_text_build PD_NAME(pd_text_build)
-#define pd_text_read PD_NAME(pd_text_read)
-#define pd_text_free PD_NAME(pd_text_free)
-#define pd_text_override PD_NAME(pd_text_override)
-#define pd_text_flat PD_NAME(pd_text_flat)
-#define pd_text_section PD_NAME(pd_text_section)
-#define pd_text_next PD_NAME(pd_text_next)
-#define pd_text_has PD_NAME(pd_text_has)
-#define pd_text_string PD_NAME(pd_text_string)
-#define pd_text_number PD_NAME(pd_text_number)
-#define pd_text_numbers PD_NAME(pd_text_numbers)
-#define pd_text_integer PD_NAME(pd_text_integer)
-#define pd_text_bool PD_NAME(pd_text_bool)
-#define pd_text_choice PD_NAME(pd_text_choice)
-#define pd_text_words PD_NAME(pd_text_words)
-#define pd_text_ranges PD_NAME(pd_text_ranges)
-#define pd_text_expr PD_NAME(pd_text_expr)
-#define pd_text_exprs PD_NAME(pd_text_exprs)
-#define pd_text_refuse PD_NAME(pd_text_refuse)
-#define pd_text_unused PD_NAME(pd_text_unused)
-
+#ifdef PDI_INTERNAL
 /* Take a copy of bytes[size]; name stands in messages. PD_ERR_PARSE: not text, not the format, a key twice, too many
  * pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
-PD_API pd_status pd_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
+PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
 /* The same from a file. PD_ERR_FILE: it cannot be read or is too large. */
-PD_API pd_status pd_text_read(pd_ctx *ctx, const char *path, pd_text *text);
-PD_API void pd_text_free(pd_ctx *ctx, pd_text *text);
+PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
+PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
 /* Apply a command-line argument `key=value`, `section.key=value` or `section.label.key=value`. A bare key must stand
  * in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one then fails in
- * pd_text_unused. PD_ERR_PARSE. */
-PD_API pd_status pd_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
-PD_API int pd_text_flat(const pd_text *text);
+ * pdi_text_unused. PD_ERR_PARSE. */
+PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
+PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
  * the name "". -1: out of memory, which the next call that returns a status tells. */
-PD_API int pd_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
+PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
-PD_API int pd_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
+PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
 /* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
-PD_API int pd_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
+PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives
  * the dimension ("um" asks for a length); values come in SI. PD_ERR_PARSE with file:line, what was found, what was
  * expected; PD_ERR_ARGUMENT: section -1. */
 /* The value as it stands. It lives as long as the text (or is fallback itself). */
-PD_API pd_status pd_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                const char **value);
+PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                 const char **value);
 /* A constant finite expression. */
-PD_API pd_status pd_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const char *fallback, double *value);
+PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, double *value);
 /* A list `a, b, c` of 1 to max numbers. */
-PD_API pd_status pd_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, int max, double *values, int *count);
+PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                  const char *fallback, int max, double *values, int *count);
 /* A whole number in [low, high]. */
-PD_API pd_status pd_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                                 const char *fallback, int *value);
+PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                  const char *fallback, int *value);
 /* yes, true, on: 1; no, false, off: 0. */
-PD_API pd_status pd_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                              int *value);
+PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                               int *value);
 /* Index of the value in names, which ends with NULL. */
-PD_API pd_status pd_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                                const char *fallback, int *index);
+PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                 const char *fallback, int *index);
 /* A list `C, v, p` of words of letters, digits and _ + - . */
-PD_API pd_status pd_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               pd_word_list *list);
+PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                pd_word_list *list);
 /* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
-PD_API pd_status pd_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const char *fallback, int max, double *low, double *high, int *count);
-/* An expression in vars; unit NULL: of any dimension. The caller frees it with pd_expr_free. */
-PD_API pd_status pd_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                              const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
+PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                 const char *fallback, int max, double *low, double *high, int *count);
+/* An expression in vars; unit NULL: of any dimension. The caller frees it with pdi_expr_free. */
+PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
 /* A list of 1 to max expressions; on failure none is left to free. */
-PD_API pd_status pd_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                               const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
-                               pd_expr *exprs, int *count);
+PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                pd_expr *exprs, int *count);
 /* Report that the value of a key is not admissible: sets "file:line: key: message", returns PD_ERR_ARGUMENT. */
-PD_API pd_status pd_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
-                                ...) PD_PRINTF_LIKE(5, 6);
+PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                 ...) PD_PRINTF_LIKE(5, 6);
 /* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
-PD_API pd_status pd_text_unused(pd_ctx *ctx, const pd_text *text);
+PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
+#endif
 
 #endif

@@ -385,7 +385,7 @@ static int pdi_units_plain(const pd_dims *dims)
     return pd_units_same(dims, &none);
 }
 
-void pd_units_describe(const pd_dims *dims, char *text)
+PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
 {
     const pdi_units_named *named = pdi_units_name_of(dims);
     char unit[64];
@@ -404,7 +404,7 @@ static const char *pdi_units_alternative(const char *list, char *unit)
     return list[n] ? list + n + 1 : NULL;
 }
 
-void pd_units_format(double value, const pd_dims *dims, char *text)
+PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text)
 {
     const pdi_units_named *named = pdi_units_plain(dims) ? NULL : pdi_units_name_of(dims);
     char unit[64], best[64];

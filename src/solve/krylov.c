@@ -85,11 +85,11 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     return PD_OK;
 }
 
-pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     pd_status status = pdi_krylov_plan(ctx, desc, krylov);
     if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
-    if (status < 0) pd_krylov_free(ctx, krylov);
+    if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
 
@@ -113,7 +113,7 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
     return PD_OK;
 }
 
-void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
+PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
     if (!krylov->chunks) return;
@@ -145,9 +145,9 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
     return 0;
 }
 
-void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
+PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
-    pd_krylov_trim(ctx, krylov);
+    pdi_krylov_trim(ctx, krylov);
     pdi_owner_free(ctx, pdi_krylov_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
@@ -585,8 +585,8 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     return PD_OK;
 }
 
-pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                          const double *b, double *x, pd_krylov_result *result)
+PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                  const double *b, double *x, pd_krylov_result *result)
 {
     pd_krylov_result own;
     pdi_krylov_run run;

@@ -63,26 +63,21 @@ typedef struct pd_krylov_result {
     int converged;
 } pd_krylov_result;
 
-#define pd_krylov_build PD_NAME(pd_krylov_build)
-#define pd_krylov_free PD_NAME(pd_krylov_free)
-#define pd_krylov_trim PD_NAME(pd_krylov_trim)
-#define pd_krylov_solve PD_NAME(pd_krylov_solve)
-
+#ifdef PDI_INTERNAL
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
-PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Give back what has grown. */
-PD_API void pd_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
  * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
-PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                                 const double *b, double *x, pd_krylov_result *result);
+PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                  const double *b, double *x, pd_krylov_result *result);
 
-#ifdef PDI_INTERNAL
 /* Arrays of a pd_krylov, and one without them, which can be counted. */
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);

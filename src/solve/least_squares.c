@@ -282,7 +282,7 @@ static void pdi_least_squares_report(pdi_least_squares *s)
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     pd_least_squares_result *r = s->result;
     int fixed = pdi_least_squares_spread(s, cov);
-    double t = pd_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
+    double t = pdi_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
     r->sum = s->sum;
     for (int k = 0; k < s->n; k++) {
         r->value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
@@ -340,7 +340,7 @@ static void pdi_least_squares_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, squares, work, points * (PDI_LEAST_SQUARES_PROBES + 1), "1");
 }
 
-pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
+PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *d, pd_least_squares_result *result)
 {
     pdi_least_squares s;
     memset(&s, 0, sizeof s);
@@ -375,7 +375,7 @@ static double pdi_least_squares_student(double t, int freedom)
     return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
 }
 
-double pd_least_squares_quantile(int freedom)
+PDI_FN double pdi_least_squares_quantile(int freedom)
 {
     double low = 0.0, high = 16.0;
     if (freedom <= 0 || freedom > 100000) return 1.959963984540054;

@@ -41,14 +41,13 @@ typedef struct pd_least_squares_result {
     int idle;            /* parameter without effect, counted from 1, that ended the fit; 0: none */
 } pd_least_squares_result;
 
-#define pd_least_squares_solve PD_NAME(pd_least_squares_solve)
-#define pd_least_squares_quantile PD_NAME(pd_least_squares_quantile)
-
+#ifdef PDI_INTERNAL
 /* PD_ERR_ARGUMENT: bounds, a start outside of them, fewer points than parameters, a parameter without effect.
  * PD_NOT_CONVERGED: no step lowers the sum any more, but the tolerance is not reached. Errors of fn. */
-PD_API pd_status pd_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
-                                        pd_least_squares_result *result);
+PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
+                                         pd_least_squares_result *result);
 /* Student's t that 97.5 % of the cases stay below; freedom 0: of the normal distribution. */
-PD_API double pd_least_squares_quantile(int freedom);
+PDI_FN double pdi_least_squares_quantile(int freedom);
+#endif
 
 #endif

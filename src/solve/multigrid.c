@@ -107,14 +107,14 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     pd_status status = pdi_multigrid_make(ctx, desc, mg);
-    if (status < 0) pd_multigrid_free(ctx, mg);
+    if (status < 0) pdi_multigrid_free(ctx, mg);
     return status;
 }
 
-void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
+PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
@@ -255,8 +255,9 @@ static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
     return PD_OK;
 }
 
-pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *const conduct[PD_DIM],
-                             const float *const flux[PD_DIM], const float *wall, const float *mass)
+PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                     const float *wall, const float *mass)
 {
     float largest = 0.0f;
     mg->levels = 0;
@@ -279,7 +280,8 @@ pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *activ
     return status;
 }
 
-pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall, const float *mass)
+PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                    const float *mass)
 {
     float largest = 0.0f;
     if (mg->levels == 0 || !mg->desc.symmetric)
@@ -392,7 +394,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
-void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
     if (mg->levels == 0) return; /* setup failed or was never called */

@@ -43,37 +43,31 @@ typedef struct pd_multigrid {
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
-#define pd_multigrid_build PD_NAME(pd_multigrid_build)
-#define pd_multigrid_free PD_NAME(pd_multigrid_free)
-#define pd_multigrid_setup PD_NAME(pd_multigrid_setup)
-#define pd_multigrid_mass PD_NAME(pd_multigrid_mass)
-#define pd_multigrid_cycle PD_NAME(pd_multigrid_cycle)
-
+#ifdef PDI_INTERNAL
 /* Allocate the finest level. PD_ERR_ARGUMENT: n or stride not positive. PD_ERR_SIZE: more than 2^31 - 1 cells. */
-PD_API pd_status pd_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
-PD_API void pd_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
+PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg);
 /* Take the coefficients and build the coarser levels. All arrays over the box cells, axis 0 fastest:
  * active: 1 for cells that take part; conduct[d][c] >= 0 and flux[d][c] (flux NULL: none): of the face between cell c
  * and c + e_d, flow positive towards +e_d (faces of inactive cells are ignored, and those of the box side unless its
  * axis is periodic: put the net outflow through them into mass); wall[c] >= 0: Dirichlet half-cell conductance;
  * mass[c] >= 0. wall and mass may be NULL.
  * All share one unit. PD_ERR_ARGUMENT: a coefficient is negative or not finite. Memory is kept for the next setup. */
-PD_API pd_status pd_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
-                                    const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
-                                    const float *wall, const float *mass);
+PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                     const float *const conduct[PD_DIM], const float *const flux[PD_DIM],
+                                     const float *wall, const float *mass);
 /* Take other walls and masses; the active cells and their faces stay those of the last setup, which this costs a small
  * part of. desc.symmetric only. The same bits as a setup gives. PD_ERR_ARGUMENT: as of setup, or there was none. */
-PD_API pd_status pd_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
-                                   const float *mass);
+PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                    const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
  * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
  * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
  * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
  * transfers with rescaled coarse operators). */
-PD_API void pd_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
-#ifdef PDI_INTERNAL
 /* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);

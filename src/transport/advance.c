@@ -91,7 +91,7 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
 static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
 {
     if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
-    return pd_transport_at(ctx, a->transport, t);
+    return pdi_transport_at(ctx, a->transport, t);
 }
 
 static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
@@ -128,7 +128,7 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
-    PDI_TRY(pd_transport_at(ctx, t, a->time));
+    PDI_TRY(pdi_transport_at(ctx, t, a->time));
     pdi_transport_open(t);
     pd_status status = pdi_advance_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
@@ -224,7 +224,7 @@ static pd_status pdi_advance_start(pd_ctx *ctx, void *self, double t)
 {
     pd_advance *a = (pd_advance *)self;
     a->time = t;
-    PDI_TRY(pd_transport_at(ctx, a->transport, t));
+    PDI_TRY(pdi_transport_at(ctx, a->transport, t));
     return a->settle ? pdi_advance_settle(ctx, a) : PD_OK;
 }
 
@@ -263,20 +263,6 @@ pd_process pd_advance_process(pd_advance *a)
     p.store = pdi_advance_store;
     p.balance = pdi_advance_balance;
     return p;
-}
-
-pd_status pd_advance_next(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
-{
-    pd_process p = pd_advance_process(a);
-    pd_step s;
-    memset(&s, 0, sizeof s);
-    if (!(t_end > a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a step from %g s to %g s", a->time, t_end);
-    s.time = a->time;
-    s.limit = t_end;
-    pd_status status = pdi_process_step(ctx, &p, &s);
-    *result = a->result;
-    return status;
 }
 
 pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)

@@ -251,7 +251,7 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
-void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int32_t total = bonds->grid->total;
@@ -281,7 +281,7 @@ void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     pdi_diffusion_ghosts(d);
 }
 
-void pd_diffusion_renew(pd_diffusion *d)
+PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int32_t total = bonds->grid->total;
@@ -330,14 +330,14 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
-    pd_diffusion_update(ctx, d);
+    pdi_diffusion_update(ctx, d);
     return PD_OK;
 }
 
-pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
+PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
 {
     pd_status status = pdi_diffusion_make(ctx, bonds, desc, d);
-    if (status < 0) pd_diffusion_free(ctx, d);
+    if (status < 0) pdi_diffusion_free(ctx, d);
     return status;
 }
 
@@ -374,7 +374,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
     }
 }
 
-void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
+PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     pdi_owner_free(ctx, pdi_diffusion_list, d);
     pdi_media_free(ctx, &d->media);

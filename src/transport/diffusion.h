@@ -44,21 +44,16 @@ typedef struct pd_diffusion {
     double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
 } pd_diffusion;
 
-#define pd_diffusion_build PD_NAME(pd_diffusion_build)
-#define pd_diffusion_update PD_NAME(pd_diffusion_update)
-#define pd_diffusion_renew PD_NAME(pd_diffusion_renew)
-#define pd_diffusion_free PD_NAME(pd_diffusion_free)
-
-/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
-PD_API pd_status pd_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
-                                    pd_diffusion *diffusion);
-/* After pd_bonds_update. */
-PD_API void pd_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
-/* `held` gives other values than before, on the same surfaces. */
-PD_API void pd_diffusion_renew(pd_diffusion *diffusion);
-PD_API void pd_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
-
 #ifdef PDI_INTERNAL
+/* Bonds are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
+                                     pd_diffusion *diffusion);
+/* After pd_bonds_update. */
+PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+/* `held` gives other values than before, on the same surfaces. */
+PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
+PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
+
 /* Arrays of a pd_diffusion. */
 PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and

@@ -4,7 +4,7 @@
 
 static pd_status pdi_euler_start(pd_ctx *ctx, void *self, double t)
 {
-    return pd_transport_at(ctx, ((pd_euler *)self)->transport, t);
+    return pdi_transport_at(ctx, ((pd_euler *)self)->transport, t);
 }
 
 static pd_status pdi_euler_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -19,7 +19,7 @@ static pd_status pdi_euler_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_euler *e = (pd_euler *)self;
     double end = s->time + s->dt;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pd_transport_at(ctx, e->transport, end));
+    PDI_TRY(pdi_transport_at(ctx, e->transport, end));
     return pd_transport_implicit(ctx, e->transport, s->dt, &e->result);
 }
 

@@ -108,7 +108,7 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pd_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+    pdi_multigrid_cycle(u->ctx, &u->t->mg, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
@@ -151,11 +151,11 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
         pdi_grid_index(grid, t->pinned[k], i);
         c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
     }
-    if (again) return pd_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
+    if (again) return pdi_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
     t->prepared = 1;
     t->prepared_dt = t->dt;
-    return pd_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
-                              t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    return pdi_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
+                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
 
 /* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
@@ -208,8 +208,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                       residual, delta, &linear);
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                        residual, delta, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -227,8 +227,8 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
     user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
-    pd_status status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                       t->work, t->work + t->grid->total, &linear);
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
+                                        t->work, t->work + t->grid->total, &linear);
     result->krylov += linear.iterations;
     return status;
 }
@@ -404,8 +404,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
         t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
-        status = pd_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
-                                 delta, &linear);
+        status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
+                                  delta, &linear);
         if (status < 0) break;
         result->krylov += linear.iterations;
         double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
@@ -418,7 +418,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
     }
     t->krylov.desc.fixed = 1;
-    pd_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_trim(ctx, &t->krylov);
     return status < 0 ? status : PD_OK;
 }
 
@@ -532,7 +532,7 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
 }
 
-double pd_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
@@ -609,14 +609,14 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
                     d->held_least >= 0.0 ? d->held_most : d->held_least, t->time);
 }
 
-pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time)
+PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
     t->prepared = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
     PDI_TRY(pdi_transport_inlets(ctx, t));
-    if (t->diffusion.wall_rate) pd_diffusion_renew(&t->diffusion);
+    if (t->diffusion.wall_rate) pdi_diffusion_renew(&t->diffusion);
     return pdi_transport_holds(ctx, t);
 }
 
@@ -625,7 +625,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->prepared = t->conducting = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pd_diffusion_update(ctx, &t->diffusion);
+    pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
@@ -701,8 +701,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
-    PDI_TRY(pd_multigrid_build(ctx, &md, &t->mg));
-    PDI_TRY(pd_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &t->mg));
+    PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -710,7 +710,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.level = desc->level;
     dd.held = desc->held;
     dd.user = desc->user;
-    PDI_TRY(pd_diffusion_build(ctx, bonds, &dd, &t->diffusion));
+    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
     if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
     t->flux.bonds = bonds;
@@ -736,7 +736,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_transport_list, t, archive));
-    return archive->reading ? pd_transport_at(ctx, t, t->time) : PD_OK;
+    return archive->reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
@@ -744,10 +744,10 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_flux_free(ctx, &t->flux);
     pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
-    pd_diffusion_free(ctx, &t->diffusion);
+    pdi_diffusion_free(ctx, &t->diffusion);
     pdi_compact_free(ctx, &t->compact);
-    pd_multigrid_free(ctx, &t->mg);
-    pd_krylov_free(ctx, &t->krylov);
+    pdi_multigrid_free(ctx, &t->mg);
+    pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);
 }

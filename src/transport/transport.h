@@ -26,7 +26,7 @@ typedef struct pd_transport_desc {
     double inlet;           /* [mol/m3] concentration of the inflow */
     pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
-    double *clock;          /* [s] where held and entering read the time: pd_transport_at writes it before it asks them.
+    double *clock;          /* [s] where held and entering read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double initial;         /* [mol/m3] */
     pd_advection advection;
@@ -94,29 +94,31 @@ typedef struct pd_transport_result {
 
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
-#define pd_transport_at PD_NAME(pd_transport_at)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_section PD_NAME(pd_transport_section)
 #define pd_transport_stock PD_NAME(pd_transport_stock)
 #define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL; after setting the fields of a flow by hand call pd_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
+/* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
  * concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
  * content). */
 PD_API pd_status pd_transport_update(pd_ctx *ctx, pd_transport *transport);
+#ifdef PDI_INTERNAL
 /* Values that are held and enter become those of time [s]; nothing happens without a clock. */
-PD_API pd_status pd_transport_at(pd_ctx *ctx, pd_transport *t, double time);
+PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time);
+#endif
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
+#ifdef PDI_INTERNAL
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
  * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
-PD_API double pd_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+#endif
 /* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
 PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
 /* Amount [mol] in carry: owed by the last solve, delivered by the next step. */

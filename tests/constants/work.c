@@ -44,7 +44,7 @@ static int work_run(pd_ctx *ctx, const char *path)
     pd_model model;
     memset(&model, 0, sizeof model);
     pd_status status = pd_scene_read(ctx, path, NULL, 0, &setup);
-    if (status >= 0) status = pd_model_build(ctx, &setup, &model);
+    if (status >= 0) status = pdi_model_build(ctx, &setup, &model);
     if (status >= 0) status = pd_couple_run(ctx, &model.couple, setup.until, 0.0, NULL, NULL);
     if (status < 0) {
         fprintf(stderr, "%s: %s\n", path, ctx->message);
@@ -53,7 +53,7 @@ static int work_run(pd_ctx *ctx, const char *path)
         work_result(&model);
         printf("\n");
     }
-    pd_model_free(ctx, &model);
+    pdi_model_free(ctx, &model);
     pd_setup_free(ctx, &setup);
     return status < 0;
 }

@@ -13,9 +13,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         pd_footprint_estimate(&setup, &budget);
         FUZZ_EXPECT(pdi_file_below(setup.folder));
         FUZZ_EXPECT(budget.all > 0.0);
-        if (budget.all - budget.files < 1e6 && setup.m < 4.0) status = pd_model_build(&ctx, &setup, &model);
+        if (budget.all - budget.files < 1e6 && setup.m < 4.0) status = pdi_model_build(&ctx, &setup, &model);
         else memset(&model, 0, sizeof model);
-        if (status >= 0) pd_model_free(&ctx, &model);
+        if (status >= 0) pdi_model_free(&ctx, &model);
         pd_setup_free(&ctx, &setup);
     }
     fuzz_settled(&ctx, status);

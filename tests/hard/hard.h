@@ -112,7 +112,7 @@ static inline int hard_open(hard *h, const char *text)
     hard_override = NULL;
     if (h->status < 0) return 0;
     h->open = 1;
-    h->status = pd_model_build(&h->ctx, &h->setup, &h->model);
+    h->status = pdi_model_build(&h->ctx, &h->setup, &h->model);
     if (h->status < 0) return 0;
     h->built = 1;
     hard_bounds(h);
@@ -198,7 +198,7 @@ static inline int hard_play(hard *h, const char *text)
 
 static inline void hard_close(hard *h)
 {
-    if (h->built) pd_model_free(&h->ctx, &h->model);
+    if (h->built) pdi_model_free(&h->ctx, &h->model);
     if (h->open) pd_setup_free(&h->ctx, &h->setup);
     h->built = h->open = 0;
     CHECK_INT(h->ctx.in_use, 0);

@@ -308,7 +308,7 @@ TEST(steps_need_no_memory)
         pd_ctx made = h->ctx;
         made.alloc.fn = counting;
         made.in_use = made.peak = 0;
-        if (!CHECK_OK(&made, pd_model_build(&made, &h->setup, &h->model))) return;
+        if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
         CHECK_OK(&made, pd_couple_start(&made, &h->model.couple));
         double dt = kind >= 5 ? 1e-4 : 1.0;
         for (int step = 0; step < 8; step++) {
@@ -323,7 +323,7 @@ TEST(steps_need_no_memory)
         full = 0;
         if (kind > 3 || !streams(kind)) CHECK_INT(spent, 0);
         else CHECK(denied > 0); /* it was there to be denied */
-        pd_model_free(&made, &h->model);
+        pdi_model_free(&made, &h->model);
         CHECK_INT(made.in_use, 0);
         pd_setup_free(&h->ctx, &h->setup);
         hard_line(names[kind], test_now.failures > failures, NULL, (double)spent,
