@@ -882,6 +882,7 @@ typedef struct pd_grid {
     void *entry_user;
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
+    int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
     int64_t fluid_count, solid_count;
 } pd_grid;
 
@@ -3012,6 +3013,9 @@ typedef struct pd_flux {
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
     double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
+    double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
+                                    * they end on metal and walls and the others are whole; -1: it is another row.
+                                    * NULL: with a flow, in media and around axes */
     int32_t capacity;              /* rows */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
@@ -3020,6 +3024,8 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
+/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
+PDI_FN int pdi_flux_rests(const pd_flux *t);
 /* Arrays of a pd_flux: by the lattice, and by the rows. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
@@ -3031,7 +3037,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
@@ -8337,6 +8343,7 @@ static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
 {
+    if (grid->home && !flip) return grid->home[node];
     int i[PD_DIM], flipped = 0;
     pdi_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
@@ -8538,10 +8545,19 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid 
     return PD_OK;
 }
 
+/* 1: metal looks behind its sides for what they repeat. */
+static int pdi_grid_repeats(const pd_grid *grid)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || grid->side[s] >= PD_SIDE_PERIODIC;
+    return images && grid->solid >= 0;
+}
+
 static void pdi_grid_list(pdi_owner *owner, void *object)
 {
     pd_grid *grid = (pd_grid *)object;
     PDI_ARRAY(owner, grid, kind, grid->total, "1");
+    if (pdi_grid_repeats(grid)) PDI_ARRAY(owner, grid, home, grid->total, "1");
     PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
@@ -8580,6 +8596,10 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
     if (grid->fluid_count + grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
+    for (int32_t node = 0; grid->home && node < grid->total; node++) {
+        int flip;
+        grid->home[node] = pdi_grid_image(grid, node, &flip);
+    }
     pdi_grid_ghosts(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;
@@ -12326,7 +12346,8 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
-    run->target = fmax(d->rtol * run->b_norm, d->atol);
+    /* squares below the least normal number over its rounding have no digits */
+    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), sqrt(DBL_MIN / DBL_EPSILON));
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);
@@ -19288,6 +19309,27 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     }
 }
 
+PDI_FN int pdi_flux_rests(const pd_flux *t)
+{
+    return !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
+}
+
+/* Element `row` of shut. */
+static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
+{
+    const double *lap = pdi_bond_lap(t->bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        uint8_t kind = t->bonds->grid->kind[i + t->bonds->shift[k]];
+        double bond = *pdi_flux_place(t, row, k), whole = t->diffusion->desc.diffusivity * lap[k];
+        if (kind == PD_FLUID || kind == PD_IMAGE) {
+            if (bond < whole || bond > whole) return -1.0;
+        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
+        else sum += whole;
+    }
+    return sum;
+}
+
 static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
@@ -19301,6 +19343,7 @@ static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32
             *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
         }
     }
+    for (int32_t b = 0; b < count && row >= 0 && t->shut; b++) t->shut[row + b] = pdi_flux_shut_of(t, i + b, row + b);
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -19553,12 +19596,41 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
+/* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
+static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    const pd_flux *t = s->t;
+    const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
+    double *y = s->y + i;
+    pdi_lines lines;
+    lines.grid = t->bonds->grid;
+    lines.stencil = t->bonds->stencil;
+    lines.shift = t->bonds->line_shift;
+    pdi_line_laplacian(&lines, s->c, i, length, y);
+    for (int32_t b = 0; b < length; b++) {
+        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0);
+        double shut = row >= 0 ? t->shut[row + b] : 0.0, sum = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
+        if (shut < 0.0) {
+            sum = 0.0;
+            for (int k = 0; k < t->bonds->stencil->count; k++)
+                sum += *pdi_flux_place(t, row + b, k) * (c[b] - c[b + t->bonds->shift[k]]);
+        }
+        y[b] = own * c[b] + sum;
+    }
+}
+
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
     s.t = t;
     s.c = c;
     s.y = y;
+    if (t->shut && !t->boundary->count) {
+        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, 0,
+                           pdi_flux_apply_rest, &s);
+        return;
+    }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
 }
 
@@ -19702,6 +19774,7 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
+    if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
 }
 
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
@@ -19851,12 +19924,25 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
 
+/* A copy that may get images; metal and walls have no concentration where sweeps go over them. */
+static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
+        t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
+    }
+}
+
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
-        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pdi_transport_repeat(ctx, t, c);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
@@ -20485,7 +20571,8 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference; /* pdi_flux_rests */
+    if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
 
@@ -33918,6 +34005,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = u->side[s].kind;
     plan->times = b->nodes / grid->total;
     grid->fluid_count = (int64_t)(b->fluid / plan->times);
+    grid->solid = u->solid;
     grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
     plan->stencil.reach = reach;
@@ -34044,6 +34132,8 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
     t.flux.capacity = plan->bonds.capacity;
+    t.flux.diffusion = &t.diffusion;
+    t.diffusion.desc.field = t.desc.field;
     advance.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
@@ -34540,6 +34630,12 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* 1: somebody asks for the rows of bonds after metal has gone. */
+static int pdi_model_asks(const pd_setup *u)
+{
+    return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;
+}
+
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
@@ -34550,7 +34646,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
     if (status == PD_OK)
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, &m->couple);
+        status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pdi_model_free(ctx, m);

@@ -111,6 +111,7 @@ static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 
 PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
 {
+    if (grid->home && !flip) return grid->home[node];
     int i[PD_DIM], flipped = 0;
     pdi_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
@@ -312,10 +313,19 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid 
     return PD_OK;
 }
 
+/* 1: metal looks behind its sides for what they repeat. */
+static int pdi_grid_repeats(const pd_grid *grid)
+{
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || grid->side[s] >= PD_SIDE_PERIODIC;
+    return images && grid->solid >= 0;
+}
+
 static void pdi_grid_list(pdi_owner *owner, void *object)
 {
     pd_grid *grid = (pd_grid *)object;
     PDI_ARRAY(owner, grid, kind, grid->total, "1");
+    if (pdi_grid_repeats(grid)) PDI_ARRAY(owner, grid, home, grid->total, "1");
     PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
@@ -354,6 +364,10 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
     if (grid->fluid_count + grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
+    for (int32_t node = 0; grid->home && node < grid->total; node++) {
+        int flip;
+        grid->home[node] = pdi_grid_image(grid, node, &flip);
+    }
     pdi_grid_ghosts(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;

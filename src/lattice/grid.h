@@ -58,6 +58,7 @@ typedef struct pd_grid {
     void *entry_user;
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
+    int32_t *home;        /* [total] pdi_grid_image of each node; NULL: sides repeat nothing, or there is no metal */
     int64_t fluid_count, solid_count;
 } pd_grid;
 

@@ -117,6 +117,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = u->side[s].kind;
     plan->times = b->nodes / grid->total;
     grid->fluid_count = (int64_t)(b->fluid / plan->times);
+    grid->solid = u->solid;
     grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
     plan->stencil.reach = reach;
@@ -243,6 +244,8 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
     t.flux.capacity = plan->bonds.capacity;
+    t.flux.diffusion = &t.diffusion;
+    t.diffusion.desc.field = t.desc.field;
     advance.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);

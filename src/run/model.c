@@ -361,6 +361,12 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* 1: somebody asks for the rows of bonds after metal has gone. */
+static int pdi_model_asks(const pd_setup *u)
+{
+    return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;
+}
+
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
     pd_couple_desc desc;
@@ -371,7 +377,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     desc.max_step = setup->max_step;
     pd_status status = pdi_model_parts(ctx, m);
     if (status == PD_OK)
-        status = pd_couple_build(ctx, &desc, &m->grid, &m->bonds, &m->couple);
+        status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
     if (status == PD_OK) status = pdi_model_processes(ctx, m);
     int line = m->line;
     if (status < 0) pdi_model_free(ctx, m);

@@ -8,6 +8,8 @@
 #include "transport/flux.h"
 #include "core/vec.h"
 #include "core/par.h"
+#include "lattice/line.h"
+#include "lattice/traverse.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -198,6 +200,27 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     }
 }
 
+PDI_FN int pdi_flux_rests(const pd_flux *t)
+{
+    return !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
+}
+
+/* Element `row` of shut. */
+static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
+{
+    const double *lap = pdi_bond_lap(t->bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        uint8_t kind = t->bonds->grid->kind[i + t->bonds->shift[k]];
+        double bond = *pdi_flux_place(t, row, k), whole = t->diffusion->desc.diffusivity * lap[k];
+        if (kind == PD_FLUID || kind == PD_IMAGE) {
+            if (bond < whole || bond > whole) return -1.0;
+        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
+        else sum += whole;
+    }
+    return sum;
+}
+
 static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
@@ -211,6 +234,7 @@ static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32
             *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
         }
     }
+    for (int32_t b = 0; b < count && row >= 0 && t->shut; b++) t->shut[row + b] = pdi_flux_shut_of(t, i + b, row + b);
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -463,12 +487,41 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
+/* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
+static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    const pd_flux *t = s->t;
+    const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
+    double *y = s->y + i;
+    pdi_lines lines;
+    lines.grid = t->bonds->grid;
+    lines.stencil = t->bonds->stencil;
+    lines.shift = t->bonds->line_shift;
+    pdi_line_laplacian(&lines, s->c, i, length, y);
+    for (int32_t b = 0; b < length; b++) {
+        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0);
+        double shut = row >= 0 ? t->shut[row + b] : 0.0, sum = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
+        if (shut < 0.0) {
+            sum = 0.0;
+            for (int k = 0; k < t->bonds->stencil->count; k++)
+                sum += *pdi_flux_place(t, row + b, k) * (c[b] - c[b + t->bonds->shift[k]]);
+        }
+        y[b] = own * c[b] + sum;
+    }
+}
+
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
     s.t = t;
     s.c = c;
     s.y = y;
+    if (t->shut && !t->boundary->count) {
+        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, 0,
+                           pdi_flux_apply_rest, &s);
+        return;
+    }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
 }
 
@@ -612,6 +665,7 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
+    if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
 }
 
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)

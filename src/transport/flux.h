@@ -23,6 +23,9 @@ typedef struct pd_flux {
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
     double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
+    double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
+                                    * they end on metal and walls and the others are whole; -1: it is another row.
+                                    * NULL: with a flow, in media and around axes */
     int32_t capacity;              /* rows */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
@@ -31,6 +34,8 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
+/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
+PDI_FN int pdi_flux_rests(const pd_flux *t);
 /* Arrays of a pd_flux: by the lattice, and by the rows. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
@@ -42,7 +47,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */

@@ -33,12 +33,25 @@
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
 
+/* A copy that may get images; metal and walls have no concentration where sweeps go over them. */
+static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
+        t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
+    }
+}
+
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     if (t->repeated) {
-        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pdi_transport_repeat(ctx, t, c);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         c = t->repeated;
     }
@@ -667,7 +680,8 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference; /* pdi_flux_rests */
+    if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
 
