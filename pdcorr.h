@@ -3037,7 +3037,8 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:
+ * then amounts are kept but for rounding of each node, without it bond by bond. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
@@ -18658,7 +18659,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
         if (!(d->wall_rate[i] > 0.0)) continue;
         pd_grid_position(bonds->grid, i, at);
         for (int k = 0; k < bonds->stencil->count; k++) {
-            if (pdi_bond_open(bonds, r, k)) continue;
+            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_metal(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
             if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
@@ -18680,6 +18681,10 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
+        if (pdi_diffusion_metal(d, r, k)) { /* which holds nothing */
+            d->wall_part[i] = 1;
+            continue;
+        }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
         if (!(c >= 0.0)) d->wall_part[i] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
@@ -19924,7 +19929,7 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
 
-/* A copy that may get images; metal and walls have no concentration where sweeps go over them. */
+/* A copy with images. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
@@ -19935,18 +19940,22 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
         t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
     }
+    pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+}
+
+/* fast: to rounding, which amounts are not kept to. */
+static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int fast, double *y)
+{
+    pd_flux flux = t->flux;
+    flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    if (!fast) flux.shut = NULL;
+    if (t->repeated) pdi_transport_repeat(ctx, t, c);
+    pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
 
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pd_flux flux = t->flux;
-    flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    if (t->repeated) {
-        pdi_transport_repeat(ctx, t, c);
-        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
-        c = t->repeated;
-    }
-    pdi_flux_apply(ctx, &flux, c, y);
+    pdi_transport_sweep(ctx, t, c, 0, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -19982,7 +19991,7 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_operator(u->ctx, u->t, x, y);
+    pdi_transport_sweep(u->ctx, u->t, x, 1, y);
     pdi_transport_pin(u->t, y);
 }
 

@@ -201,7 +201,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
         if (!(d->wall_rate[i] > 0.0)) continue;
         pd_grid_position(bonds->grid, i, at);
         for (int k = 0; k < bonds->stencil->count; k++) {
-            if (pdi_bond_open(bonds, r, k)) continue;
+            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_metal(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
             if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
@@ -223,6 +223,10 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
+        if (pdi_diffusion_metal(d, r, k)) { /* which holds nothing */
+            d->wall_part[i] = 1;
+            continue;
+        }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
         if (!(c >= 0.0)) d->wall_part[i] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */

@@ -47,7 +47,8 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:
+ * then amounts are kept but for rounding of each node, without it bond by bond. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */

@@ -33,7 +33,7 @@
 /* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
 #define PDI_TRANSPORT_STIFF 1e6
 
-/* A copy that may get images; metal and walls have no concentration where sweeps go over them. */
+/* A copy with images. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
@@ -44,18 +44,22 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
         t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
     }
+    pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+}
+
+/* fast: to rounding, which amounts are not kept to. */
+static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int fast, double *y)
+{
+    pd_flux flux = t->flux;
+    flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
+    if (!fast) flux.shut = NULL;
+    if (t->repeated) pdi_transport_repeat(ctx, t, c);
+    pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
 
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pd_flux flux = t->flux;
-    flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    if (t->repeated) {
-        pdi_transport_repeat(ctx, t, c);
-        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
-        c = t->repeated;
-    }
-    pdi_flux_apply(ctx, &flux, c, y);
+    pdi_transport_sweep(ctx, t, c, 0, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -91,7 +95,7 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_operator(u->ctx, u->t, x, y);
+    pdi_transport_sweep(u->ctx, u->t, x, 1, y);
     pdi_transport_pin(u->t, y);
 }
 
