@@ -22711,6 +22711,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
         law->metals++;
     }
+    if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
@@ -23744,6 +23745,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
+        if (!(beside->weight > 0.0)) continue; /* it gets nothing */
         pdi_interface_law(d, beside, &law);
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);

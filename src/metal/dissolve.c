@@ -429,6 +429,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     for (int32_t k = 0; k < d->beside_count && d->rtol > 0.0; k++) {
         pdi_beside *beside = &d->beside[k];
         pdi_law law;
+        if (!(beside->weight > 0.0)) continue; /* it gets nothing */
         pdi_interface_law(d, beside, &law);
         double speed = pdi_interface_line(d, beside);
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);

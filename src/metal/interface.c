@@ -213,6 +213,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
         if (!pdi_metal_bonds(d)) law->top = fmax(law->top, d->kind[m].solid);
         law->metals++;
     }
+    if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
