@@ -2905,6 +2905,7 @@ typedef struct pd_diffusion_desc {
     pd_point_fn held;    /* [mol/m3] value held on walls and solids, at points of their surface; NaN: no flux there.
                           * NULL: no flux anywhere */
     void *user;          /* of all three */
+    int walls_only;      /* 1: `held` is not asked on solids, which hold nothing */
 } pd_diffusion_desc;
 
 typedef struct pd_diffusion {
@@ -3107,6 +3108,7 @@ typedef struct pd_transport_desc {
     double inlet;           /* [mol/m3] concentration of the inflow */
     pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
+    int walls_only;         /* 1: `held` is not asked on solids, which hold nothing */
     double *clock;          /* [s] where held and entering read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double initial;         /* [mol/m3] */
@@ -18648,6 +18650,12 @@ static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double
     return c;
 }
 
+/* 1 when what cuts bond k of row r holds nothing, whatever `held` says. */
+static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
+{
+    return d->desc.walls_only && pdi_diffusion_metal(d, r, k);
+}
+
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;
@@ -18659,7 +18667,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
         if (!(d->wall_rate[i] > 0.0)) continue;
         pd_grid_position(bonds->grid, i, at);
         for (int k = 0; k < bonds->stencil->count; k++) {
-            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_metal(d, r, k)) continue;
+            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
             if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
@@ -18681,7 +18689,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
-        if (pdi_diffusion_metal(d, r, k)) { /* which holds nothing */
+        if (pdi_diffusion_unasked(d, r, k)) {
             d->wall_part[i] = 1;
             continue;
         }
@@ -20623,6 +20631,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.field = desc->field;
     dd.level = desc->level;
     dd.held = desc->held;
+    dd.walls_only = desc->walls_only;
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
@@ -34455,6 +34464,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pdi_wall_holds(u)) desc.held = pdi_wall_held;
+    desc.walls_only = 1;
     if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
     if (m->inlet.timed) desc.clock = &m->inlet.time;

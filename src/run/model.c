@@ -174,6 +174,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
     if (u->medium >= 0) desc.level = pdi_model_interface;
     if (pdi_wall_holds(u)) desc.held = pdi_wall_held;
+    desc.walls_only = 1;
     if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
     if (m->inlet.timed) desc.clock = &m->inlet.time;

@@ -190,6 +190,12 @@ static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double
     return c;
 }
 
+/* 1 when what cuts bond k of row r holds nothing, whatever `held` says. */
+static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
+{
+    return d->desc.walls_only && pdi_diffusion_metal(d, r, k);
+}
+
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;
@@ -201,7 +207,7 @@ PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, cons
         if (!(d->wall_rate[i] > 0.0)) continue;
         pd_grid_position(bonds->grid, i, at);
         for (int k = 0; k < bonds->stencil->count; k++) {
-            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_metal(d, r, k)) continue;
+            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
             if (!(value >= 0.0) || !((at[axis] - plane) * (x[axis] - plane) < 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
@@ -223,7 +229,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
-        if (pdi_diffusion_metal(d, r, k)) { /* which holds nothing */
+        if (pdi_diffusion_unasked(d, r, k)) {
             d->wall_part[i] = 1;
             continue;
         }

@@ -22,6 +22,7 @@ typedef struct pd_diffusion_desc {
     pd_point_fn held;    /* [mol/m3] value held on walls and solids, at points of their surface; NaN: no flux there.
                           * NULL: no flux anywhere */
     void *user;          /* of all three */
+    int walls_only;      /* 1: `held` is not asked on solids, which hold nothing */
 } pd_diffusion_desc;
 
 typedef struct pd_diffusion {

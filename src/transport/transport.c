@@ -727,6 +727,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.field = desc->field;
     dd.level = desc->level;
     dd.held = desc->held;
+    dd.walls_only = desc->walls_only;
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));

@@ -26,6 +26,7 @@ typedef struct pd_transport_desc {
     double inlet;           /* [mol/m3] concentration of the inflow */
     pd_point_fn entering;   /* the same at places of the sides of the box; NULL: `inlet` everywhere */
     void *user;             /* of these four */
+    int walls_only;         /* 1: `held` is not asked on solids, which hold nothing */
     double *clock;          /* [s] where held and entering read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double initial;         /* [mol/m3] */
