@@ -1080,6 +1080,8 @@ typedef struct pd_bonds {
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
+    uint32_t version;    /* grows with each update; starts at 1 */
+    uint32_t *renewed;   /* [total] version in which the kind of the node or its bonds were renewed; 0: none so far */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
     int words;           /* of a mask */
@@ -2915,6 +2917,9 @@ typedef struct pd_diffusion {
     float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
     float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
+                                         * ghost stands for, were renewed */
+    uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
@@ -3017,7 +3022,11 @@ typedef struct pd_flux {
     double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
                                     * they end on metal and walls and the others are whole; -1: it is another row.
                                     * NULL: with a flow, in media and around axes */
-    int32_t capacity;              /* rows */
+    int32_t *node;                 /* [capacity] nodes of the `rows` rows that `conduct` was last found for, `plain` of
+                                    * them plain */
+    int32_t *from;                 /* [capacity] where that row stood before; -1: nowhere. Work */
+    int32_t rows, plain, capacity;
+    uint32_t version;              /* of the bonds, that `conduct` belongs to */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
     double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
@@ -3035,7 +3044,7 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
 /* After pd_bonds_update and pdi_boundary_update: room for their rows. */
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:
@@ -9722,6 +9731,7 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
     PDI_ARRAY(owner, bonds, cell_shift, stencil->cells, "1");
     PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
+    PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
 
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
@@ -9732,6 +9742,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
@@ -9770,18 +9781,21 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
     PDI_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
+    if (count > 0) bonds->version++;
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
-        PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
+        bonds->renewed[changed[c]] = bonds->version;
         pdi_grid_index(grid, changed[c], i);
         for (int k = 0; k < s->count; k++) {
             /* who has an image of the node in its family */
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
             pdi_grid_fold(grid, j);
             int32_t node = pd_grid_node(grid, j);
-            if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+            if (grid->kind[node] == PD_FLUID) bonds->renewed[node] = bonds->version;
         }
     }
+    for (int32_t node = 0; node < grid->total && count > 0; node++)
+        if (bonds->renewed[node] == bonds->version) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
     return pdi_bond_arrange(ctx, bonds);
 }
 
@@ -18573,24 +18587,33 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
     double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
+    int cuts = 0;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(square, 0, sizeof square);
     memset(lack, 0, sizeof lack);
+    memset(x, 0, N * sizeof *x);
     for (int k = 0; k < s->count; k++) {
         double xi[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
+        if (pdi_diffusion_metal(d, r, k) != (normal != NULL)) continue;
         pdi_diffusion_offset(d, k, xi);
-        int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
-        int cut = !open && !(held && held[k]) && pdi_diffusion_metal(d, r, k) == (normal != NULL);
-        double along = normal && row ? pdi_diffusion_along(d, normal, xi) : 1.0;
-        double across = normal && cut ? pdi_vec_dot(normal, xi) : 0.0;
-        pdi_diffusion_quadratic(xi, weight);
-        for (int a = 0; a < PD_DIM && cut && normal; a++) xi[a] -= across * normal[a];
+        double across = normal ? pdi_vec_dot(normal, xi) : 0.0;
+        for (int a = 0; a < PD_DIM && normal; a++) xi[a] -= across * normal[a];
         pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++) {
-            if (cut) lack[p] += lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
-        }
+        for (int p = 0; p < N; p++) lack[p] += lap[k] * packed[p];
+        cuts++;
+    }
+    if (cuts == 0) return;
+    for (int k = 0; k < s->count; k++) {
+        double xi[PD_DIM];
+        if (!pdi_bond_open(bonds, r, k) || !(d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        double along = normal ? pdi_diffusion_along(d, normal, xi) : 1.0;
+        pdi_diffusion_quadratic(xi, weight);
+        pdi_diffusion_pack(xi, packed);
+        for (int p = 0; p < N; p++)
+            for (int q = 0; q < N; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
     for (int p = 0; p < N; p++) {
@@ -18626,6 +18649,7 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
         int32_t i = g->node[k], from = g->source[k];
         if (k >= g->images && k < g->count) continue;
         d->cut[i] = d->cut[from];
+        d->renewed[i] = d->renewed[from];
         for (int a = 0; a < PD_DIM; a++) {
             for (int b = 0; b <= a; b++, at++) {
                 int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
@@ -18721,48 +18745,84 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
+/* The numbers of node i are renewed. */
+static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
+{
+    d->renewed[i] = d->bonds->version;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
+}
+
+/* What node i gets from held walls is renewed. */
+static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
+{
+    int64_t total = d->bonds->grid->total;
+    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+}
+
+/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
+static void pdi_diffusion_find(pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_grid *grid = bonds->grid;
+    int all = d->version == 0;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (!all && bonds->renewed[i] <= d->version) continue;
+        float cut = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
+        int turned = d->cut[i] < cut || d->cut[i] > cut;
+        d->cut[i] = cut;
+        pdi_diffusion_clear(d, i);
+        for (int k = 0; k < bonds->stencil->count && turned && !all; k++) {
+            int at[PD_DIM];
+            pdi_grid_index(grid, i, at);
+            for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
+            pdi_grid_fold(grid, at);
+            int32_t j = pd_grid_node(grid, at);
+            if (grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
+        }
+    }
+}
+
 PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
-    int32_t total = bonds->grid->total;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
     (void)nt;
-    for (int32_t i = 0; i < total; i++) {
-        d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
-        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
-        for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
-        for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
-        if (d->wall_rate) d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-        if (d->wall_rate) d->wall_part[i] = 0;
-        for (int a = 0; a < PD_DIM && d->wall_rate; a++)
-            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
-    }
+    if (d->version == bonds->version) return;
+    pdi_diffusion_find(d);
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
+    for (int32_t i = 0; i < bonds->grid->total && d->wall_rate; i++) {
+        if (d->renewed[i] == bonds->version) d->wall_part[i] = 0;
+        pdi_diffusion_release(d, i);
+    }
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
-        if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
+        int32_t i = bonds->node[r];
+        if (!(d->cut[i] > 0.0f)) continue;
         pdi_diffusion_hold(d, r, d->held);
-        pdi_diffusion_keep(d, r, d->held);
+        if (d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++)
-        if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
+    for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
+        int32_t i = bonds->node[r];
+        if (d->cut[i] > 0.0f && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
+    }
     pdi_diffusion_ghosts(d);
+    d->version = bonds->version;
 }
 
 PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
-    int32_t total = bonds->grid->total;
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
         if (!(d->cut[i] > 0.0f)) continue;
-        d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-        for (int a = 0; a < PD_DIM; a++)
-            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
+        pdi_diffusion_release(d, i);
         pdi_diffusion_hold(d, r, d->held);
     }
 }
@@ -18775,6 +18835,7 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     int metal = diffusion->metal[0] || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_ARRAY(owner, diffusion, tensor[t], total, "1");
     PDI_ARRAY(owner, diffusion, cut, total, "1");
+    PDI_ARRAY(owner, diffusion, renewed, total, "1");
     for (int t = 0; t < PD_DIFFUSION_TENSOR && metal; t++) PDI_ARRAY(owner, diffusion, metal[t], total, "1");
     for (int a = 0; a < PD_DIM && metal; a++) PDI_ARRAY(owner, diffusion, facing[a], total, "1");
     if (!diffusion->desc.held) return;
@@ -19343,20 +19404,78 @@ static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
     return sum;
 }
 
-static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (t->flux) pdi_flux_store(t, i, row, k, count);
-        if (row < 0) continue;
-        double conduct[PDI_PIECE];
-        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
-        for (int b = 0; b < count; b++) {
-            double entry = t->bonds->inlet[row + b] ? pdi_flux_entry(t, i + b, k) : 1.0;
-            *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
-        }
+    for (int k = 0; k < t->bonds->stencil->count; k++) pdi_flux_store(t, i, row, k, count);
+}
+
+/* Where the rows stood when the conductances were last found. Plain rows come in the order of their nodes, and so do
+ * the others behind them. */
+static void pdi_flux_find_rows(const pd_flux *t)
+{
+    const pd_bonds *bonds = t->bonds;
+    int32_t old = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int32_t end = r < bonds->plain ? t->plain : t->rows;
+        if (r == bonds->plain) old = t->plain;
+        while (old < end && t->node[old] < bonds->node[r]) old++;
+        t->from[r] = old < end && t->node[old] == bonds->node[r] ? old : -1;
     }
-    for (int32_t b = 0; b < count && row >= 0 && t->shut; b++) t->shut[row + b] = pdi_flux_shut_of(t, i + b, row + b);
+}
+
+static void pdi_flux_move_row(const pd_flux *t, int32_t r)
+{
+    if (t->from[r] < 0 || t->from[r] == r) return;
+    for (int k = 0; k < t->bonds->stencil->count; k++)
+        *pdi_flux_place(t, r, k) = *pdi_flux_place(t, t->from[r], k);
+    if (t->shut) t->shut[r] = t->shut[t->from[r]];
+}
+
+/* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
+static void pdi_flux_move_rows(const pd_flux *t)
+{
+    for (int32_t r = 0; r < t->bonds->rows; r++)
+        if (t->from[r] > r) pdi_flux_move_row(t, r);
+    for (int32_t r = t->bonds->rows - 1; r >= 0; r--)
+        if (t->from[r] < r) pdi_flux_move_row(t, r);
+}
+
+/* Conductances of the bonds of a row that have an end with new numbers. */
+static void pdi_flux_conduct_row(const pd_flux *t, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_diffusion *d = t->diffusion;
+    int32_t i = bonds->node[r];
+    int all = t->from[r] < 0 || d->renewed[i] > t->version, some = all;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double bond = 0.0;
+        if (!all && d->renewed[i + bonds->shift[k]] <= t->version) continue;
+        if (pdi_bond_open(bonds, r, k)) {
+            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
+            if (bonds->inlet[r]) bond /= pdi_flux_entry(t, i, k);
+        }
+        *pdi_flux_place(t, r, k) = bond;
+        some = 1;
+    }
+    if (some && t->shut) t->shut[r] = pdi_flux_shut_of(t, i, r);
+}
+
+/* The conductances follow what has changed around the rows since they were last found. */
+static void pdi_flux_conductances(const pd_ctx *ctx, pd_flux *t)
+{
+    const pd_bonds *bonds = t->bonds;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
+    (void)nt;
+    if (t->version == bonds->version) return;
+    pdi_flux_find_rows(t);
+    pdi_flux_move_rows(t);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_flux_conduct_row(t, r);
+    for (int32_t r = 0; r < bonds->rows; r++) t->node[r] = bonds->node[r];
+    t->rows = bonds->rows;
+    t->plain = bonds->plain;
+    t->version = bonds->version;
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -19377,16 +19496,17 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t)
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
 {
     const pd_bonds *bonds = t->bonds;
-    if (bonds->rows > t->capacity)
-        return pdi_fail(ctx, PD_ERR_STATE, "flux",
-                        "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
-                        t->capacity);
+    if (t->diffusion->version != bonds->version)
+        return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
+                        "pd_transport_update after pd_bonds_update");
+    pdi_flux_conductances(ctx, t);
     if (t->flow) pdi_flux_stream(ctx, t);
-    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_PIECE,
-                       pdi_flux_refresh_run, t);
+    if (t->flux)
+        pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_PIECE,
+                           pdi_flux_store_run, t);
     for (int32_t p = 0; p < t->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
@@ -19787,6 +19907,8 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
+    PDI_ARRAY(owner, flux, node, flux->capacity, "1");
+    PDI_ARRAY(owner, flux, from, flux->capacity, "1");
     if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
 }
 
@@ -19809,6 +19931,8 @@ static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *t)
 {
     int32_t rows = (t->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
     if (rows == t->capacity) return PD_OK;
+    t->rows = t->plain = 0;
+    t->version = 0;
     return pdi_owner_renew(ctx, pdi_flux_row_list, t, &t->capacity, rows);
 }
 

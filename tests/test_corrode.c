@@ -1,6 +1,7 @@
 /* bonds: what bond-based corrosion keeps: amounts, bounds, saturation, threads, factors, films, input.
  * dims: 1 2 3 */
 #include "metal_scene.h"
+#include "conductances.h"
 
 #define MOST 40000 /* nodes of these scenes */
 
@@ -15,6 +16,7 @@ TEST(amounts_and_bounds)
         for (int k = 1; k <= 20; k++) {
             if (!CHECK_OK(&s->ctx, scene_run(s, (PD_DIM == 1 ? 3.0 : 0.5) * k))) return;
             CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+            check_conductances(&s->ctx, &s->transport);
             for (int32_t i = 0; i < s->grid.total; i++) {
                 double c = s->transport.c[i];
                 if (s->grid.kind[i] == PD_SOLID) CHECK(c >= CSAT && c <= CS);

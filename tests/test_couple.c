@@ -3,6 +3,7 @@
  * dims: 2 3 */
 #include "fixture.h"
 #include <stdlib.h>
+#include "conductances.h"
 
 #define HOUR 3600.0
 #define RHO 1000.0
@@ -162,6 +163,7 @@ TEST(pin_run)
         CHECK(now->couple.time == end);
         CHECK(w.loss > 0.1 && now->grid.solid_count < now->couple.solid_nodes_start);
         check_bonds(now);
+        check_conductances(&now->ctx, &now->transport);
         if (threads == 1) {
             NOTE("loss %.4f, %d steps, %d flow solves", w.loss, (int)s->couple.steps, (int)s->quasi.solves);
             continue;
@@ -301,6 +303,7 @@ static void random_run(scene *s, double csat, double end)
                 CHECK(s->transport.c[i] >= -1e-7 * csat && s->transport.c[i] <= csat * (1.0 + 1e-7));
     }
     CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
+    check_conductances(&s->ctx, &s->transport);
 }
 
 TEST(random_geometries)

@@ -602,6 +602,7 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
     PDI_ARRAY(owner, bonds, cell_shift, stencil->cells, "1");
     PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
+    PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
 
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
@@ -612,6 +613,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     bonds->grid = grid;
     bonds->all_rows = all_rows;
     bonds->words = (stencil->count + 31) / 32;
+    bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
@@ -650,18 +652,21 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     const pd_grid *grid = bonds->grid;
     const pd_stencil *s = bonds->stencil;
     PDI_TRY(pdi_ghosts_update(ctx, &bonds->ghosts));
+    if (count > 0) bonds->version++;
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
-        PDI_TRY(pdi_bond_renew(ctx, changed[c], bonds));
+        bonds->renewed[changed[c]] = bonds->version;
         pdi_grid_index(grid, changed[c], i);
         for (int k = 0; k < s->count; k++) {
             /* who has an image of the node in its family */
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
             pdi_grid_fold(grid, j);
             int32_t node = pd_grid_node(grid, j);
-            if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+            if (grid->kind[node] == PD_FLUID) bonds->renewed[node] = bonds->version;
         }
     }
+    for (int32_t node = 0; node < grid->total && count > 0; node++)
+        if (bonds->renewed[node] == bonds->version) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
     return pdi_bond_arrange(ctx, bonds);
 }
 

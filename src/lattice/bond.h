@@ -34,6 +34,8 @@ typedef struct pd_bonds {
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
+    uint32_t version;    /* grows with each update; starts at 1 */
+    uint32_t *renewed;   /* [total] version in which the kind of the node or its bonds were renewed; 0: none so far */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
     int words;           /* of a mask */

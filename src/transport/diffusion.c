@@ -113,24 +113,33 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     const pd_stencil *s = bonds->stencil;
     double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
     double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
+    int cuts = 0;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     memset(matrix, 0, sizeof matrix);
     memset(square, 0, sizeof square);
     memset(lack, 0, sizeof lack);
+    memset(x, 0, N * sizeof *x);
     for (int k = 0; k < s->count; k++) {
         double xi[PD_DIM];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
+        if (pdi_diffusion_metal(d, r, k) != (normal != NULL)) continue;
         pdi_diffusion_offset(d, k, xi);
-        int open = pdi_bond_open(bonds, r, k), row = open && d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f;
-        int cut = !open && !(held && held[k]) && pdi_diffusion_metal(d, r, k) == (normal != NULL);
-        double along = normal && row ? pdi_diffusion_along(d, normal, xi) : 1.0;
-        double across = normal && cut ? pdi_vec_dot(normal, xi) : 0.0;
-        pdi_diffusion_quadratic(xi, weight);
-        for (int a = 0; a < PD_DIM && cut && normal; a++) xi[a] -= across * normal[a];
+        double across = normal ? pdi_vec_dot(normal, xi) : 0.0;
+        for (int a = 0; a < PD_DIM && normal; a++) xi[a] -= across * normal[a];
         pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++) {
-            if (cut) lack[p] += lap[k] * packed[p];
-            for (int q = 0; q < N && row; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
-        }
+        for (int p = 0; p < N; p++) lack[p] += lap[k] * packed[p];
+        cuts++;
+    }
+    if (cuts == 0) return;
+    for (int k = 0; k < s->count; k++) {
+        double xi[PD_DIM];
+        if (!pdi_bond_open(bonds, r, k) || !(d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        double along = normal ? pdi_diffusion_along(d, normal, xi) : 1.0;
+        pdi_diffusion_quadratic(xi, weight);
+        pdi_diffusion_pack(xi, packed);
+        for (int p = 0; p < N; p++)
+            for (int q = 0; q < N; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
     }
     for (int p = 0; p < N; p++) trace += matrix[p][p];
     for (int p = 0; p < N; p++) {
@@ -166,6 +175,7 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
         int32_t i = g->node[k], from = g->source[k];
         if (k >= g->images && k < g->count) continue;
         d->cut[i] = d->cut[from];
+        d->renewed[i] = d->renewed[from];
         for (int a = 0; a < PD_DIM; a++) {
             for (int b = 0; b <= a; b++, at++) {
                 int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
@@ -261,48 +271,84 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
+/* The numbers of node i are renewed. */
+static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
+{
+    d->renewed[i] = d->bonds->version;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
+}
+
+/* What node i gets from held walls is renewed. */
+static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
+{
+    int64_t total = d->bonds->grid->total;
+    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+}
+
+/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
+static void pdi_diffusion_find(pd_diffusion *d)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_grid *grid = bonds->grid;
+    int all = d->version == 0;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (!all && bonds->renewed[i] <= d->version) continue;
+        float cut = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
+        int turned = d->cut[i] < cut || d->cut[i] > cut;
+        d->cut[i] = cut;
+        pdi_diffusion_clear(d, i);
+        for (int k = 0; k < bonds->stencil->count && turned && !all; k++) {
+            int at[PD_DIM];
+            pdi_grid_index(grid, i, at);
+            for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
+            pdi_grid_fold(grid, at);
+            int32_t j = pd_grid_node(grid, at);
+            if (grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
+        }
+    }
+}
+
 PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
-    int32_t total = bonds->grid->total;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
     (void)nt;
-    for (int32_t i = 0; i < total; i++) {
-        d->cut[i] = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
-        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
-        for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
-        for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
-        if (d->wall_rate) d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-        if (d->wall_rate) d->wall_part[i] = 0;
-        for (int a = 0; a < PD_DIM && d->wall_rate; a++)
-            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
-    }
+    if (d->version == bonds->version) return;
+    pdi_diffusion_find(d);
     pdi_diffusion_ghosts(d);
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
+    for (int32_t i = 0; i < bonds->grid->total && d->wall_rate; i++) {
+        if (d->renewed[i] == bonds->version) d->wall_part[i] = 0;
+        pdi_diffusion_release(d, i);
+    }
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
-        if (!(d->cut[bonds->node[r]] > 0.0f)) continue;
+        int32_t i = bonds->node[r];
+        if (!(d->cut[i] > 0.0f)) continue;
         pdi_diffusion_hold(d, r, d->held);
-        pdi_diffusion_keep(d, r, d->held);
+        if (d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++)
-        if (d->cut[bonds->node[r]] > 0.0f) pdi_diffusion_keep(d, r, NULL);
+    for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
+        int32_t i = bonds->node[r];
+        if (d->cut[i] > 0.0f && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
+    }
     pdi_diffusion_ghosts(d);
+    d->version = bonds->version;
 }
 
 PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
-    int32_t total = bonds->grid->total;
     d->held_least = HUGE_VAL;
     d->held_most = -HUGE_VAL;
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
         if (!(d->cut[i] > 0.0f)) continue;
-        d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-        for (int a = 0; a < PD_DIM; a++)
-            d->wall_grad[(int64_t)a * total + i] = d->wall_grad_rate[(int64_t)a * total + i] = 0.0;
+        pdi_diffusion_release(d, i);
         pdi_diffusion_hold(d, r, d->held);
     }
 }
@@ -315,6 +361,7 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     int metal = diffusion->metal[0] || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_ARRAY(owner, diffusion, tensor[t], total, "1");
     PDI_ARRAY(owner, diffusion, cut, total, "1");
+    PDI_ARRAY(owner, diffusion, renewed, total, "1");
     for (int t = 0; t < PD_DIFFUSION_TENSOR && metal; t++) PDI_ARRAY(owner, diffusion, metal[t], total, "1");
     for (int a = 0; a < PD_DIM && metal; a++) PDI_ARRAY(owner, diffusion, facing[a], total, "1");
     if (!diffusion->desc.held) return;

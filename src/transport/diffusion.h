@@ -32,6 +32,9 @@ typedef struct pd_diffusion {
     float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
     float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
+                                         * ghost stands for, were renewed */
+    uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
     pd_media media;                     /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */

@@ -221,20 +221,78 @@ static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
     return sum;
 }
 
-static void pdi_flux_refresh_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        if (t->flux) pdi_flux_store(t, i, row, k, count);
-        if (row < 0) continue;
-        double conduct[PDI_PIECE];
-        pdi_diffusion_bond(t->diffusion, i, k, count, 1, conduct);
-        for (int b = 0; b < count; b++) {
-            double entry = t->bonds->inlet[row + b] ? pdi_flux_entry(t, i + b, k) : 1.0;
-            *pdi_flux_place(t, row + b, k) = pdi_bond_open(t->bonds, row + b, k) ? conduct[b] / entry : 0.0;
-        }
+    for (int k = 0; k < t->bonds->stencil->count; k++) pdi_flux_store(t, i, row, k, count);
+}
+
+/* Where the rows stood when the conductances were last found. Plain rows come in the order of their nodes, and so do
+ * the others behind them. */
+static void pdi_flux_find_rows(const pd_flux *t)
+{
+    const pd_bonds *bonds = t->bonds;
+    int32_t old = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int32_t end = r < bonds->plain ? t->plain : t->rows;
+        if (r == bonds->plain) old = t->plain;
+        while (old < end && t->node[old] < bonds->node[r]) old++;
+        t->from[r] = old < end && t->node[old] == bonds->node[r] ? old : -1;
     }
-    for (int32_t b = 0; b < count && row >= 0 && t->shut; b++) t->shut[row + b] = pdi_flux_shut_of(t, i + b, row + b);
+}
+
+static void pdi_flux_move_row(const pd_flux *t, int32_t r)
+{
+    if (t->from[r] < 0 || t->from[r] == r) return;
+    for (int k = 0; k < t->bonds->stencil->count; k++)
+        *pdi_flux_place(t, r, k) = *pdi_flux_place(t, t->from[r], k);
+    if (t->shut) t->shut[r] = t->shut[t->from[r]];
+}
+
+/* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
+static void pdi_flux_move_rows(const pd_flux *t)
+{
+    for (int32_t r = 0; r < t->bonds->rows; r++)
+        if (t->from[r] > r) pdi_flux_move_row(t, r);
+    for (int32_t r = t->bonds->rows - 1; r >= 0; r--)
+        if (t->from[r] < r) pdi_flux_move_row(t, r);
+}
+
+/* Conductances of the bonds of a row that have an end with new numbers. */
+static void pdi_flux_conduct_row(const pd_flux *t, int32_t r)
+{
+    const pd_bonds *bonds = t->bonds;
+    const pd_diffusion *d = t->diffusion;
+    int32_t i = bonds->node[r];
+    int all = t->from[r] < 0 || d->renewed[i] > t->version, some = all;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double bond = 0.0;
+        if (!all && d->renewed[i + bonds->shift[k]] <= t->version) continue;
+        if (pdi_bond_open(bonds, r, k)) {
+            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
+            if (bonds->inlet[r]) bond /= pdi_flux_entry(t, i, k);
+        }
+        *pdi_flux_place(t, r, k) = bond;
+        some = 1;
+    }
+    if (some && t->shut) t->shut[r] = pdi_flux_shut_of(t, i, r);
+}
+
+/* The conductances follow what has changed around the rows since they were last found. */
+static void pdi_flux_conductances(const pd_ctx *ctx, pd_flux *t)
+{
+    const pd_bonds *bonds = t->bonds;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
+    (void)nt;
+    if (t->version == bonds->version) return;
+    pdi_flux_find_rows(t);
+    pdi_flux_move_rows(t);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_flux_conduct_row(t, r);
+    for (int32_t r = 0; r < bonds->rows; r++) t->node[r] = bonds->node[r];
+    t->rows = bonds->rows;
+    t->plain = bonds->plain;
+    t->version = bonds->version;
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -255,16 +313,17 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t)
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
 {
     const pd_bonds *bonds = t->bonds;
-    if (bonds->rows > t->capacity)
-        return pdi_fail(ctx, PD_ERR_STATE, "flux",
-                        "%d rows, expected at most %d: call pd_transport_update after pd_bonds_update", bonds->rows,
-                        t->capacity);
+    if (t->diffusion->version != bonds->version)
+        return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
+                        "pd_transport_update after pd_bonds_update");
+    pdi_flux_conductances(ctx, t);
     if (t->flow) pdi_flux_stream(ctx, t);
-    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 8, PDI_PIECE,
-                       pdi_flux_refresh_run, t);
+    if (t->flux)
+        pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_PIECE,
+                           pdi_flux_store_run, t);
     for (int32_t p = 0; p < t->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
@@ -665,6 +724,8 @@ PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
+    PDI_ARRAY(owner, flux, node, flux->capacity, "1");
+    PDI_ARRAY(owner, flux, from, flux->capacity, "1");
     if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
 }
 
@@ -687,6 +748,8 @@ static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *t)
 {
     int32_t rows = (t->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
     if (rows == t->capacity) return PD_OK;
+    t->rows = t->plain = 0;
+    t->version = 0;
     return pdi_owner_renew(ctx, pdi_flux_row_list, t, &t->capacity, rows);
 }
 

@@ -26,7 +26,11 @@ typedef struct pd_flux {
     double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
                                     * they end on metal and walls and the others are whole; -1: it is another row.
                                     * NULL: with a flow, in media and around axes */
-    int32_t capacity;              /* rows */
+    int32_t *node;                 /* [capacity] nodes of the `rows` rows that `conduct` was last found for, `plain` of
+                                    * them plain */
+    int32_t *from;                 /* [capacity] where that row stood before; -1: nowhere. Work */
+    int32_t rows, plain, capacity;
+    uint32_t version;              /* of the bonds, that `conduct` belongs to */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
     double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
@@ -44,7 +48,7 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
 /* After pd_bonds_update and pdi_boundary_update: room for their rows. */
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
-PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, const pd_flux *t);
+PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:

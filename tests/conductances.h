@@ -1,0 +1,52 @@
+/* Conductances that have followed the metal as it went are those of bonds and transport built afresh. */
+#ifndef CONDUCTANCES_H
+#define CONDUCTANCES_H
+
+/* A field without any order, as sweeps over metal and walls (shut) or past them want it. */
+static inline void conductances_field(const pd_transport *t, int shut, double *x)
+{
+    const uint8_t *kind = t->grid->kind;
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
+        x[i] = shut && none ? 0.0 : 1.0 + sin(12.9898 * i);
+    }
+    pd_ghosts_scalar(&t->bonds->ghosts, x);
+}
+
+/* y = A x, bond by bond or (shut) by lines. */
+static inline void conductances_apply(pd_ctx *ctx, const pd_transport *t, int shut, const double *x, double *y)
+{
+    pd_flux flux = t->flux;
+    flux.rate = 0.0;
+    if (!shut) flux.shut = NULL;
+    pdi_flux_apply(ctx, &flux, x, y);
+}
+
+static inline void check_conductances(pd_ctx *ctx, pd_transport *t)
+{
+    pd_bonds bonds;
+    pd_transport fresh;
+    pd_transport_desc desc = t->desc;
+    size_t total = (size_t)t->grid->total;
+    double *x = (double *)malloc(3 * total * sizeof *x), *y = x + total, *z = y + total;
+    memset(&fresh, 0, sizeof fresh);
+    memset(&bonds, 0, sizeof bonds);
+    desc.clock = NULL;
+    if (CHECK(x != NULL) && CHECK_OK(ctx, pd_bonds_build(ctx, t->bonds->stencil, t->grid, 0, &bonds)) &&
+        CHECK_OK(ctx, pd_transport_build(ctx, t->grid, &bonds, t->flow, &desc, &fresh)) &&
+        CHECK_OK(ctx, pdi_flux_refresh(ctx, &fresh.flux)) && CHECK_OK(ctx, pdi_flux_refresh(ctx, &t->flux))) {
+        memcpy(fresh.absorb, t->absorb, total * sizeof *x);
+        for (int shut = 0; shut < 2; shut++) {
+            conductances_field(t, shut, x);
+            conductances_apply(ctx, t, shut, x, y);
+            conductances_apply(ctx, &fresh, shut, x, z);
+            for (size_t i = 0; i < total; i++)
+                if (t->grid->kind[i] == PD_FLUID) CHECK(y[i] >= z[i] && y[i] <= z[i]);
+        }
+    }
+    pd_transport_free(ctx, &fresh);
+    pd_bonds_free(ctx, &bonds);
+    free(x);
+}
+
+#endif
