@@ -19729,27 +19729,66 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
+/* What leaves through the bonds of a row, one by one. */
+static double pdi_flux_rest_row(const pd_flux *t, const double *c, int32_t row)
+{
+    const int32_t *shift = t->bonds->shift;
+    const double *bond = pdi_flux_place(t, row, 0);
+    int count = t->bonds->stencil->count, half = count / 2;
+    double ahead = 0.0, behind = 0.0;
+    for (int k = 0; k < half; k++) {
+        behind += bond[(int64_t)k * PDI_FLUX_PAGE] * (c[0] - c[shift[k]]);
+        ahead += bond[(int64_t)(count - 1 - k) * PDI_FLUX_PAGE] * (c[0] - c[shift[count - 1 - k]]);
+    }
+    return behind + ahead;
+}
+
+/* The same of PDI_VECTOR rows. */
+static void pdi_flux_rest_block(const pd_flux *t, const double *c, int32_t i, int32_t row, double *PD_RESTRICT sum)
+{
+    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        const double *bond = pdi_flux_conduct(t, i, row, k, PDI_VECTOR, space), *far = c + t->bonds->shift[k];
+        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (c[b] - far[b]);
+    }
+    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
+}
+
+/* The same of the rows of a run whose conductances are not those of whole bonds, and maybe of others. */
+static void pdi_flux_rest_rows(const pd_flux *t, const double *c, int32_t i, int32_t row, int32_t length,
+                               double *sum)
+{
+    const double *shut = t->shut + row;
+    for (int32_t at = 0; at < length;) {
+        int some = 0;
+        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += shut[at + b] < 0.0;
+        if (at + PDI_VECTOR <= length && some > 1) {
+            pdi_flux_rest_block(t, c + at, i + at, row + at, sum + at);
+            at += PDI_VECTOR;
+            continue;
+        }
+        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
+            if (shut[at] < 0.0) sum[at] = pdi_flux_rest_row(t, c + at, row + at);
+    }
+}
+
 /* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
 static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     const pd_flux *t = s->t;
     const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
-    double *y = s->y + i;
+    double *y = s->y + i, sum[PDI_PIECE];
     pdi_lines lines;
     lines.grid = t->bonds->grid;
     lines.stencil = t->bonds->stencil;
     lines.shift = t->bonds->line_shift;
     pdi_line_laplacian(&lines, s->c, i, length, y);
+    if (row >= 0) pdi_flux_rest_rows(t, c, i, row, length, sum);
     for (int32_t b = 0; b < length; b++) {
-        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0);
-        double shut = row >= 0 ? t->shut[row + b] : 0.0, sum = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
-        if (shut < 0.0) {
-            sum = 0.0;
-            for (int k = 0; k < t->bonds->stencil->count; k++)
-                sum += *pdi_flux_place(t, row + b, k) * (c[b] - c[b + t->bonds->shift[k]]);
-        }
-        y[b] = own * c[b] + sum;
+        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0), shut = row >= 0 ? t->shut[row + b] : 0.0;
+        double leaves = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
+        y[b] = own * c[b] + (shut < 0.0 ? sum[b] : leaves);
     }
 }
 
@@ -19760,7 +19799,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
     s.c = c;
     s.y = y;
     if (t->shut && !t->boundary->count) {
-        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, 0,
+        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, PDI_PIECE,
                            pdi_flux_apply_rest, &s);
         return;
     }
@@ -20240,8 +20279,8 @@ static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
     t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
 }
 
-/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
-static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
+static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
     pdi_transport_user user;
@@ -20249,8 +20288,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     double *residual = t->work, *delta = t->work + t->grid->total;
     user.ctx = ctx;
     user.t = t;
-    pdi_transport_residual(ctx, t, residual);
-    pdi_transport_pin(t, residual);
+    if (!known) pdi_transport_residual(ctx, t, residual);
+    if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
@@ -20286,15 +20325,15 @@ PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 }
 
 /* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
-static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
-                                       double *moved)
+static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, double atol,
+                                       pd_transport_result *result, double *moved)
 {
     /* beside a good conductor what is left is rounding (theory: 5.2) */
     int most = t->diffusion.field ? 1 : PDI_TRANSPORT_SWEEPS;
-    pd_status status = pdi_transport_solve(ctx, t, atol, result, moved);
+    pd_status status = pdi_transport_solve(ctx, t, known, atol, result, moved);
     while (status > 0 && result->residual > PDI_TRANSPORT_MISSED * atol && t->sweeping < most) {
         t->sweeping = t->sweeping ? 4 * t->sweeping : 1;
-        status = pdi_transport_solve(ctx, t, atol, result, moved);
+        status = pdi_transport_solve(ctx, t, 0, atol, result, moved);
     }
     return status;
 }
@@ -20402,12 +20441,12 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
     double moved;
-    pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+    pd_status status = pdi_transport_correct(ctx, t, 0, atol, result, &moved);
     int sweeps = t->sweeping || status > 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
-        status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
+        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, &moved);
         if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
@@ -20489,7 +20528,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        status = pdi_transport_correct(ctx, t, 0, PDI_TRANSPORT_ROUGH * atol, result, &moved);
         if (status < 0) return status;
         result->bounded = round;
     }
@@ -20501,13 +20540,13 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 {
     double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
-        pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+        pd_status status = pdi_transport_correct(ctx, t, 1, atol, result, &moved); /* the residual of the stage */
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
     PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, atol, result, &moved);
+    return pdi_transport_correct(ctx, t, 0, atol, result, &moved);
 }
 
 /* Size of the equations: the right-hand side, with sources as they are at the present field. */

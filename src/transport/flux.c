@@ -546,27 +546,66 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
+/* What leaves through the bonds of a row, one by one. */
+static double pdi_flux_rest_row(const pd_flux *t, const double *c, int32_t row)
+{
+    const int32_t *shift = t->bonds->shift;
+    const double *bond = pdi_flux_place(t, row, 0);
+    int count = t->bonds->stencil->count, half = count / 2;
+    double ahead = 0.0, behind = 0.0;
+    for (int k = 0; k < half; k++) {
+        behind += bond[(int64_t)k * PDI_FLUX_PAGE] * (c[0] - c[shift[k]]);
+        ahead += bond[(int64_t)(count - 1 - k) * PDI_FLUX_PAGE] * (c[0] - c[shift[count - 1 - k]]);
+    }
+    return behind + ahead;
+}
+
+/* The same of PDI_VECTOR rows. */
+static void pdi_flux_rest_block(const pd_flux *t, const double *c, int32_t i, int32_t row, double *PD_RESTRICT sum)
+{
+    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
+    for (int k = 0; k < t->bonds->stencil->count; k++) {
+        const double *bond = pdi_flux_conduct(t, i, row, k, PDI_VECTOR, space), *far = c + t->bonds->shift[k];
+        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (c[b] - far[b]);
+    }
+    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
+}
+
+/* The same of the rows of a run whose conductances are not those of whole bonds, and maybe of others. */
+static void pdi_flux_rest_rows(const pd_flux *t, const double *c, int32_t i, int32_t row, int32_t length,
+                               double *sum)
+{
+    const double *shut = t->shut + row;
+    for (int32_t at = 0; at < length;) {
+        int some = 0;
+        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += shut[at + b] < 0.0;
+        if (at + PDI_VECTOR <= length && some > 1) {
+            pdi_flux_rest_block(t, c + at, i + at, row + at, sum + at);
+            at += PDI_VECTOR;
+            continue;
+        }
+        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
+            if (shut[at] < 0.0) sum[at] = pdi_flux_rest_row(t, c + at, row + at);
+    }
+}
+
 /* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
 static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     const pd_flux *t = s->t;
     const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
-    double *y = s->y + i;
+    double *y = s->y + i, sum[PDI_PIECE];
     pdi_lines lines;
     lines.grid = t->bonds->grid;
     lines.stencil = t->bonds->stencil;
     lines.shift = t->bonds->line_shift;
     pdi_line_laplacian(&lines, s->c, i, length, y);
+    if (row >= 0) pdi_flux_rest_rows(t, c, i, row, length, sum);
     for (int32_t b = 0; b < length; b++) {
-        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0);
-        double shut = row >= 0 ? t->shut[row + b] : 0.0, sum = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
-        if (shut < 0.0) {
-            sum = 0.0;
-            for (int k = 0; k < t->bonds->stencil->count; k++)
-                sum += *pdi_flux_place(t, row + b, k) * (c[b] - c[b + t->bonds->shift[k]]);
-        }
-        y[b] = own * c[b] + sum;
+        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0), shut = row >= 0 ? t->shut[row + b] : 0.0;
+        double leaves = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
+        y[b] = own * c[b] + (shut < 0.0 ? sum[b] : leaves);
     }
 }
 
@@ -577,7 +616,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
     s.c = c;
     s.y = y;
     if (t->shut && !t->boundary->count) {
-        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, 0,
+        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, PDI_PIECE,
                            pdi_flux_apply_rest, &s);
         return;
     }

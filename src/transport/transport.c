@@ -212,8 +212,8 @@ static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
     t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
 }
 
-/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. */
-static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
+/* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
+static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
 {
     pdi_transport_user user;
@@ -221,8 +221,8 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, double atol, 
     double *residual = t->work, *delta = t->work + t->grid->total;
     user.ctx = ctx;
     user.t = t;
-    pdi_transport_residual(ctx, t, residual);
-    pdi_transport_pin(t, residual);
+    if (!known) pdi_transport_residual(ctx, t, residual);
+    if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
     pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
@@ -258,15 +258,15 @@ PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *t)
 }
 
 /* The same, with a better preconditioner for the rest of the step wherever it misses its tolerance by far. */
-static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result,
-                                       double *moved)
+static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, double atol,
+                                       pd_transport_result *result, double *moved)
 {
     /* beside a good conductor what is left is rounding (theory: 5.2) */
     int most = t->diffusion.field ? 1 : PDI_TRANSPORT_SWEEPS;
-    pd_status status = pdi_transport_solve(ctx, t, atol, result, moved);
+    pd_status status = pdi_transport_solve(ctx, t, known, atol, result, moved);
     while (status > 0 && result->residual > PDI_TRANSPORT_MISSED * atol && t->sweeping < most) {
         t->sweeping = t->sweeping ? 4 * t->sweeping : 1;
-        status = pdi_transport_solve(ctx, t, atol, result, moved);
+        status = pdi_transport_solve(ctx, t, 0, atol, result, moved);
     }
     return status;
 }
@@ -374,12 +374,12 @@ static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
 {
     double moved;
-    pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+    pd_status status = pdi_transport_correct(ctx, t, 0, atol, result, &moved);
     int sweeps = t->sweeping || status > 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
-        status = pdi_transport_solve(ctx, t, PDI_TRANSPORT_FINE * atol, result, &moved);
+        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, &moved);
         if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
@@ -461,7 +461,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        status = pdi_transport_correct(ctx, t, 0, PDI_TRANSPORT_ROUGH * atol, result, &moved);
         if (status < 0) return status;
         result->bounded = round;
     }
@@ -473,13 +473,13 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 {
     double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
-        pd_status status = pdi_transport_correct(ctx, t, atol, result, &moved);
+        pd_status status = pdi_transport_correct(ctx, t, 1, atol, result, &moved); /* the residual of the stage */
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
     PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
-    return pdi_transport_correct(ctx, t, atol, result, &moved);
+    return pdi_transport_correct(ctx, t, 0, atol, result, &moved);
 }
 
 /* Size of the equations: the right-hand side, with sources as they are at the present field. */
