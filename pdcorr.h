@@ -81,6 +81,8 @@
  *     gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
+ *     conductance conductances of the bonds of rows, found anew where nodes have turned.
+ *     rest       the operator of transport in fluid at rest, by lines of nodes where families are whole.
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
@@ -2930,7 +2932,7 @@ typedef struct pd_diffusion {
                                          * gradient at their node; or NULL */
     uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
-    double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
+    double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
 } pd_diffusion;
 
 #ifdef PDI_INTERNAL
@@ -2957,6 +2959,91 @@ static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double
 {
     return d->wall_rate ? d->wall_rate[i] * ((d->wall_value[i] - c) - rest) + d->wall_rest[i] : 0.0;
 }
+#endif
+
+#endif
+
+/* ======== >>transport/conductance.h ======== */
+/* conductance: conductances of the bonds of rows, found anew where nodes have turned.
+ *
+ * They hold from one change of the geometry to the next. Rows stand by number, so that sweeps read on in memory; when
+ * rows come and go the others move, and only bonds with an end whose numbers are new are found again.
+ */
+#ifndef PD_CONDUCTANCE_H
+#define PD_CONDUCTANCE_H
+
+/* The first three are given before it is built. */
+typedef struct pd_conductance {
+    const pd_bonds *bonds;
+    const pd_diffusion *diffusion;
+    int rests;               /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one */
+    double *bond;            /* [capacity/64][count][64] [1/s] */
+    double *shut;            /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when they
+                              * end on metal and walls and the others are whole; -1: it is another row. NULL: not at
+                              * rest */
+    int32_t *node;           /* [capacity] nodes of the `rows` rows that they were last found for, `plain` of them
+                              * plain */
+    int32_t *from;           /* [capacity] where a row stood before; -1: nowhere. Work */
+    int32_t rows, plain, capacity;
+    uint32_t version;        /* of the bonds; 0: nothing is known */
+} pd_conductance;
+
+#ifdef PDI_INTERNAL
+/* Rows whose conductances stand together. */
+#define PDI_CONDUCTANCE_PAGE 64
+
+/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
+static inline double *pdi_conductance_place(const pd_conductance *c, int32_t row, int k)
+{
+    int64_t page = row / PDI_CONDUCTANCE_PAGE;
+    return c->bond + (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
+}
+/* Those of bond k of `count` nodes: rows from `row`, or nodes with whole families (-1). `space`: room for what does not
+ * stand together. */
+static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t i, int32_t row, int k, int count,
+                                               double *PD_RESTRICT space)
+{
+    if (row >= 0 && row % PDI_CONDUCTANCE_PAGE + count <= PDI_CONDUCTANCE_PAGE)
+        return pdi_conductance_place(c, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_conductance_place(c, row + b, k);
+    if (row >= 0) return space;
+    if (c->diffusion->field) {
+        pdi_diffusion_bond(c->diffusion, i, k, count, 0, space);
+        return space;
+    }
+    double whole = c->diffusion->desc.diffusivity * pdi_bond_lap(c->bonds, i)[k];
+    for (int b = 0; b < count; b++) space[b] = whole;
+    return space;
+}
+/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
+ * has its value, and the ghost has it at any depth. */
+PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k);
+PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object);
+/* Room for the rows of the bonds. */
+PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c);
+/* After pdi_diffusion_update. */
+PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c);
+#endif
+
+#endif
+
+/* ======== >>transport/rest.h ======== */
+/* rest: the operator of transport in fluid at rest, by lines of nodes where families are whole.
+ */
+#ifndef PD_REST_H
+#define PD_REST_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_rest {
+    const pd_conductance *conductance; /* that `rests` */
+    double rate;                       /* [1/s] */
+    const double *absorb, *hold;       /* [total] [1/s]; hold: may be NULL */
+    int exact;                         /* 1: sums over all nodes are those of `rate`, `absorb` and `hold` but for
+                                        * rounding of what bonds carry; 0: of what nodes hold, and faster */
+} pdi_rest;
+/* y [total] = (rate + absorb + hold) x + what leaves each fluid node through its bonds [1/s times x]. x [total] has its
+ * images, and unless `exact` 0 in metal and walls. There are no inlets and outlets. */
+PDI_FN void pdi_rest_apply(const pd_ctx *ctx, const pdi_rest *rest, const double *x, double *y);
 #endif
 
 #endif
@@ -3018,15 +3105,8 @@ typedef struct pd_flux {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
-    double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
-                                    * they end on metal and walls and the others are whole; -1: it is another row.
-                                    * NULL: with a flow, in media and around axes */
-    int32_t *node;                 /* [capacity] nodes of the `rows` rows that `conduct` was last found for, `plain` of
-                                    * them plain */
-    int32_t *from;                 /* [capacity] where that row stood before; -1: nowhere. Work */
-    int32_t rows, plain, capacity;
-    uint32_t version;              /* of the bonds, that `conduct` belongs to */
+    pd_conductance conductance;    /* of the bonds of rows */
+    int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
     double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
@@ -3034,11 +3114,8 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
-/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
-PDI_FN int pdi_flux_rests(const pd_flux *t);
-/* Arrays of a pd_flux: by the lattice, and by the rows. */
+/* Arrays of a pd_flux by the lattice. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
 /* After pd_bonds_update and pdi_boundary_update: room for their rows. */
@@ -3047,8 +3124,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:
- * then amounts are kept but for rounding of each node, without it bond by bond. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
@@ -18745,6 +18821,14 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
+/* What node i gets from held walls is renewed. */
+static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
+{
+    int64_t total = d->bonds->grid->total;
+    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+}
+
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
@@ -18752,14 +18836,9 @@ static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
     for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
     for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
-}
-
-/* What node i gets from held walls is renewed. */
-static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
-{
-    int64_t total = d->bonds->grid->total;
-    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+    if (!d->wall_rate) return;
+    d->wall_part[i] = 0;
+    pdi_diffusion_release(d, i);
 }
 
 /* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
@@ -18791,19 +18870,17 @@ PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
     (void)nt;
     if (d->version == bonds->version) return;
+    if (d->version == 0) {
+        d->held_least = HUGE_VAL;
+        d->held_most = -HUGE_VAL;
+    }
     pdi_diffusion_find(d);
     pdi_diffusion_ghosts(d);
-    d->held_least = HUGE_VAL;
-    d->held_most = -HUGE_VAL;
-    for (int32_t i = 0; i < bonds->grid->total && d->wall_rate; i++) {
-        if (d->renewed[i] == bonds->version) d->wall_part[i] = 0;
-        pdi_diffusion_release(d, i);
-    }
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f)) continue;
+        if (!(d->cut[i] > 0.0f) || d->renewed[i] != bonds->version) continue;
         pdi_diffusion_hold(d, r, d->held);
-        if (d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, d->held);
+        pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
@@ -18895,11 +18972,12 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
         double factor = 0.0;
+        if (!(d->cut[i + b] > 0.0f) || !(d->cut[j + b] > 0.0f)) continue;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
         if (d->metal[0])
             factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
-        factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
+        factor += 1.0;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
         bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
     }
@@ -18917,6 +18995,214 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>transport/conductance.c ======== */
+/* conductance: see conductance.h */
+#include <math.h>
+#include <stdlib.h>
+
+PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
+{
+    const pd_grid *grid = bonds->grid;
+    double fraction = 1.0;
+    int at[PD_DIM];
+    if (grid->kind[i + bonds->shift[k]] != PD_INLET) return 1.0;
+    pdi_grid_index(grid, i, at);
+    for (int d = 0; d < PD_DIM; d++) {
+        int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
+        double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
+        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
+    }
+    return fraction;
+}
+
+/* Element `row` of shut. */
+static double pdi_conductance_shut(const pd_conductance *c, int32_t i, int32_t row)
+{
+    const pd_bonds *bonds = c->bonds;
+    const double *lap = pdi_bond_lap(bonds, i);
+    double sum = 0.0;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
+        double bond = *pdi_conductance_place(c, row, k), whole = c->diffusion->desc.diffusivity * lap[k];
+        if (kind == PD_FLUID || kind == PD_IMAGE) {
+            if (bond < whole || bond > whole) return -1.0;
+        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
+        else sum += whole;
+    }
+    return sum;
+}
+
+/* Where the rows stood when they were last found. Plain rows come in the order of their nodes, and so do the others
+ * behind them. */
+static void pdi_conductance_find(const pd_conductance *c)
+{
+    const pd_bonds *bonds = c->bonds;
+    int32_t old = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        int32_t end = r < bonds->plain ? c->plain : c->rows;
+        if (r == bonds->plain) old = c->plain;
+        while (old < end && c->node[old] < bonds->node[r]) old++;
+        c->from[r] = old < end && c->node[old] == bonds->node[r] ? old : -1;
+    }
+}
+
+static void pdi_conductance_move_row(const pd_conductance *c, int32_t r)
+{
+    int32_t from = c->from[r];
+    if (from < 0) return;
+    for (int k = 0; k < c->bonds->stencil->count; k++)
+        *pdi_conductance_place(c, r, k) = *pdi_conductance_place(c, from, k);
+    if (c->shut) c->shut[r] = c->shut[from];
+}
+
+/* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
+static void pdi_conductance_move(const pd_conductance *c)
+{
+    for (int32_t r = 0; r < c->bonds->rows; r++)
+        if (c->from[r] > r) pdi_conductance_move_row(c, r);
+    for (int32_t r = c->bonds->rows - 1; r >= 0; r--)
+        if (c->from[r] < r) pdi_conductance_move_row(c, r);
+}
+
+/* Conductances of the bonds of a row that have an end with new numbers. */
+static void pdi_conductance_row(const pd_conductance *c, int32_t r)
+{
+    const pd_bonds *bonds = c->bonds;
+    const pd_diffusion *d = c->diffusion;
+    int32_t i = bonds->node[r];
+    int all = c->from[r] < 0 || d->renewed[i] > c->version, some = all;
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double bond = 0.0;
+        if (!all && d->renewed[i + bonds->shift[k]] <= c->version) continue;
+        if (pdi_bond_open(bonds, r, k)) {
+            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
+            if (bonds->inlet[r]) bond /= pdi_conductance_entry(bonds, i, k);
+        }
+        *pdi_conductance_place(c, r, k) = bond;
+        some = 1;
+    }
+    if (some && c->shut) c->shut[r] = pdi_conductance_shut(c, i, r);
+}
+
+PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
+{
+    const pd_bonds *bonds = c->bonds;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
+    (void)nt;
+    if (c->version == bonds->version) return;
+    pdi_conductance_find(c);
+    pdi_conductance_move(c);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) pdi_conductance_row(c, r);
+    for (int32_t r = 0; r < bonds->rows; r++) c->node[r] = bonds->node[r];
+    c->rows = bonds->rows;
+    c->plain = bonds->plain;
+    c->version = bonds->version;
+}
+
+PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
+{
+    pd_conductance *c = (pd_conductance *)object;
+    PDI_ARRAY(owner, c, bond, c->bonds ? (int64_t)c->bonds->stencil->count * c->capacity : 0, "1/s");
+    if (c->rests) PDI_ARRAY(owner, c, shut, c->capacity, "1/s");
+    PDI_ARRAY(owner, c, node, c->capacity, "1");
+    PDI_ARRAY(owner, c, from, c->capacity, "1");
+}
+
+PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c)
+{
+    int32_t pages = (c->bonds->capacity + PDI_CONDUCTANCE_PAGE - 1) / PDI_CONDUCTANCE_PAGE;
+    if (pages * PDI_CONDUCTANCE_PAGE == c->capacity) return PD_OK;
+    c->rows = c->plain = 0;
+    c->version = 0;
+    return pdi_owner_renew(ctx, pdi_conductance_list, c, &c->capacity, pages * PDI_CONDUCTANCE_PAGE);
+}
+
+/* ======== >>transport/rest.c ======== */
+/* rest: see rest.h */
+
+/* What sweeps see. */
+typedef struct pdi_rest_sweep {
+    const pdi_rest *rest;
+    pdi_lines lines;
+    const double *x;
+    double *y;
+} pdi_rest_sweep;
+
+/* What leaves through the bonds of a row, one by one. */
+static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row)
+{
+    const int32_t *shift = c->bonds->shift;
+    const double *bond = pdi_conductance_place(c, row, 0);
+    int count = c->bonds->stencil->count;
+    double behind = 0.0, ahead = 0.0;
+    for (int k = 0; k < count / 2; k++) {
+        int opposite = count - 1 - k;
+        behind += bond[(int64_t)k * PDI_CONDUCTANCE_PAGE] * (x[0] - x[shift[k]]);
+        ahead += bond[(int64_t)opposite * PDI_CONDUCTANCE_PAGE] * (x[0] - x[shift[opposite]]);
+    }
+    return behind + ahead;
+}
+
+/* The same of PDI_VECTOR rows. */
+static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t i, int32_t row, double *PD_RESTRICT sum)
+{
+    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
+    for (int k = 0; k < c->bonds->stencil->count; k++) {
+        const double *bond = pdi_conductance_of(c, i, row, k, PDI_VECTOR, space), *far = x + c->bonds->shift[k];
+        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
+    }
+    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
+}
+
+/* The rows of a run that go bond by bond: all of them, or those whose conductances are not those of whole bonds. */
+static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t i, int32_t row, int32_t length, double *sum)
+{
+    const pd_conductance *c = rest->conductance;
+    const double *shut = c->shut + row;
+    for (int32_t at = 0; at < length;) {
+        int some = 0;
+        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += rest->exact || shut[at + b] < 0.0;
+        if (at + PDI_VECTOR <= length && some > 1) {
+            pdi_rest_block(c, x + at, i + at, row + at, sum + at);
+            at += PDI_VECTOR;
+            continue;
+        }
+        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
+            if (rest->exact || shut[at] < 0.0) sum[at] = pdi_rest_row(c, x + at, row + at);
+    }
+}
+
+/* Whole families: the Laplacian by lines. Rows: the same less what closed bonds would carry, or bond by bond. */
+static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t length)
+{
+    const pdi_rest_sweep *s = (const pdi_rest_sweep *)user;
+    const pdi_rest *rest = s->rest;
+    const pd_conductance *c = rest->conductance;
+    const double *x = s->x + i;
+    double *y = s->y + i, sum[PDI_PIECE];
+    if (row < 0 || !rest->exact) pdi_line_laplacian(&s->lines, s->x, i, length, y);
+    if (row >= 0) pdi_rest_rows(rest, x, i, row, length, sum);
+    for (int32_t b = 0; b < length; b++) {
+        double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
+        double shut = row < 0 ? 0.0 : rest->exact ? -1.0 : c->shut[row + b];
+        y[b] = own * x[b] + (shut < 0.0 ? sum[b] : -c->diffusion->desc.diffusivity * y[b] - shut * x[b]);
+    }
+}
+
+PDI_FN void pdi_rest_apply(const pd_ctx *ctx, const pdi_rest *rest, const double *x, double *y)
+{
+    const pd_bonds *bonds = rest->conductance->bonds;
+    pdi_rest_sweep s;
+    s.rest = rest;
+    s.lines.grid = bonds->grid;
+    s.lines.stencil = bonds->stencil;
+    s.lines.shift = bonds->line_shift;
+    s.x = x;
+    s.y = y;
+    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count, PDI_PIECE, pdi_rest_run, &s);
+}
 
 /* ======== >>transport/limiter.c ======== */
 /* limiter: see limiter.h */
@@ -19201,9 +19487,6 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
  * see. */
 #define PDI_FLUX_LEAN 0.3
 
-/* Rows whose conductances stand together: a sweep over blocks of them reads on in memory. */
-#define PDI_FLUX_PAGE 64
-
 /* For fluid at rest. */
 static const double pdi_flux_still[PDI_BLOCK] = {0.0};
 
@@ -19218,30 +19501,6 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
     *factor = -1.0;
     if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
-}
-
-/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
-static inline double *pdi_flux_place(const pd_flux *t, int32_t row, int k)
-{
-    int64_t page = row / PDI_FLUX_PAGE;
-    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_FLUX_PAGE + row % PDI_FLUX_PAGE;
-}
-
-/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
- * has its value, and the ghost has it at any depth. */
-static double pdi_flux_entry(const pd_flux *t, int32_t i, int k)
-{
-    const pd_grid *grid = t->bonds->grid;
-    double fraction = 1.0;
-    int at[PD_DIM];
-    if (grid->kind[i + t->bonds->shift[k]] != PD_INLET) return 1.0;
-    pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int step = t->bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
-        double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
-    }
-    return fraction;
 }
 
 /* Conductance of a bond with upwinding: no less than |F|/2 = |half| (eq. 5.1). */
@@ -19260,7 +19519,7 @@ static inline double pdi_flux_leave(double half, double least, double near, doub
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_flux_entry(t, i, k);
+    *bond /= pdi_conductance_entry(t->bonds, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
@@ -19383,99 +19642,10 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     }
 }
 
-PDI_FN int pdi_flux_rests(const pd_flux *t)
-{
-    return !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
-}
-
-/* Element `row` of shut. */
-static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
-{
-    const double *lap = pdi_bond_lap(t->bonds, i);
-    double sum = 0.0;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        uint8_t kind = t->bonds->grid->kind[i + t->bonds->shift[k]];
-        double bond = *pdi_flux_place(t, row, k), whole = t->diffusion->desc.diffusivity * lap[k];
-        if (kind == PD_FLUID || kind == PD_IMAGE) {
-            if (bond < whole || bond > whole) return -1.0;
-        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
-        else sum += whole;
-    }
-    return sum;
-}
-
 static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
     for (int k = 0; k < t->bonds->stencil->count; k++) pdi_flux_store(t, i, row, k, count);
-}
-
-/* Where the rows stood when the conductances were last found. Plain rows come in the order of their nodes, and so do
- * the others behind them. */
-static void pdi_flux_find_rows(const pd_flux *t)
-{
-    const pd_bonds *bonds = t->bonds;
-    int32_t old = 0;
-    for (int32_t r = 0; r < bonds->rows; r++) {
-        int32_t end = r < bonds->plain ? t->plain : t->rows;
-        if (r == bonds->plain) old = t->plain;
-        while (old < end && t->node[old] < bonds->node[r]) old++;
-        t->from[r] = old < end && t->node[old] == bonds->node[r] ? old : -1;
-    }
-}
-
-static void pdi_flux_move_row(const pd_flux *t, int32_t r)
-{
-    if (t->from[r] < 0 || t->from[r] == r) return;
-    for (int k = 0; k < t->bonds->stencil->count; k++)
-        *pdi_flux_place(t, r, k) = *pdi_flux_place(t, t->from[r], k);
-    if (t->shut) t->shut[r] = t->shut[t->from[r]];
-}
-
-/* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
-static void pdi_flux_move_rows(const pd_flux *t)
-{
-    for (int32_t r = 0; r < t->bonds->rows; r++)
-        if (t->from[r] > r) pdi_flux_move_row(t, r);
-    for (int32_t r = t->bonds->rows - 1; r >= 0; r--)
-        if (t->from[r] < r) pdi_flux_move_row(t, r);
-}
-
-/* Conductances of the bonds of a row that have an end with new numbers. */
-static void pdi_flux_conduct_row(const pd_flux *t, int32_t r)
-{
-    const pd_bonds *bonds = t->bonds;
-    const pd_diffusion *d = t->diffusion;
-    int32_t i = bonds->node[r];
-    int all = t->from[r] < 0 || d->renewed[i] > t->version, some = all;
-    for (int k = 0; k < bonds->stencil->count; k++) {
-        double bond = 0.0;
-        if (!all && d->renewed[i + bonds->shift[k]] <= t->version) continue;
-        if (pdi_bond_open(bonds, r, k)) {
-            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
-            if (bonds->inlet[r]) bond /= pdi_flux_entry(t, i, k);
-        }
-        *pdi_flux_place(t, r, k) = bond;
-        some = 1;
-    }
-    if (some && t->shut) t->shut[r] = pdi_flux_shut_of(t, i, r);
-}
-
-/* The conductances follow what has changed around the rows since they were last found. */
-static void pdi_flux_conductances(const pd_ctx *ctx, pd_flux *t)
-{
-    const pd_bonds *bonds = t->bonds;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
-    (void)nt;
-    if (t->version == bonds->version) return;
-    pdi_flux_find_rows(t);
-    pdi_flux_move_rows(t);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flux_conduct_row(t, r);
-    for (int32_t r = 0; r < bonds->rows; r++) t->node[r] = bonds->node[r];
-    t->rows = bonds->rows;
-    t->plain = bonds->plain;
-    t->version = bonds->version;
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -19492,7 +19662,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = *pdi_flux_place(t, row, k);
+    if (row >= 0) *bond = *pdi_conductance_place(&t->conductance, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -19502,7 +19672,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     if (t->diffusion->version != bonds->version)
         return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
                         "pd_transport_update after pd_bonds_update");
-    pdi_flux_conductances(ctx, t);
+    pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);
     if (t->flux)
         pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_PIECE,
@@ -19535,22 +19705,6 @@ typedef struct pdi_flux_pair {
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_flux_pair;
-
-/* Conductances of bond k of a block; `space`: room for those that do not stand together. */
-static inline const double *pdi_flux_conduct(const pd_flux *t, int32_t i, int32_t row, int k, int count,
-                                             double *PD_RESTRICT space)
-{
-    if (row >= 0 && row % PDI_FLUX_PAGE + count <= PDI_FLUX_PAGE) return pdi_flux_place(t, row, k);
-    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_flux_place(t, row + b, k);
-    if (row >= 0) return space;
-    if (t->diffusion->field) {
-        pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
-        return space;
-    }
-    double whole = t->diffusion->desc.diffusivity * pdi_bond_lap(t->bonds, i)[k];
-    for (int b = 0; b < count; b++) space[b] = whole;
-    return space;
-}
 
 /* Close the bonds k of the rows from `row` that are. */
 static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
@@ -19603,8 +19757,8 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->back = p->volume[1];
         p->turn = 1.0;
     }
-    p->ahead = pdi_flux_conduct(t, i, row, k, count, p->space[0]);
-    p->behind = pdi_flux_conduct(t, i, row, opposite, count, p->space[1]);
+    p->ahead = pdi_conductance_of(&t->conductance, i, row, k, count, p->space[0]);
+    p->behind = pdi_conductance_of(&t->conductance, i, row, opposite, count, p->space[1]);
 }
 
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
@@ -19729,78 +19883,20 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
-/* What leaves through the bonds of a row, one by one. */
-static double pdi_flux_rest_row(const pd_flux *t, const double *c, int32_t row)
-{
-    const int32_t *shift = t->bonds->shift;
-    const double *bond = pdi_flux_place(t, row, 0);
-    int count = t->bonds->stencil->count, half = count / 2;
-    double ahead = 0.0, behind = 0.0;
-    for (int k = 0; k < half; k++) {
-        behind += bond[(int64_t)k * PDI_FLUX_PAGE] * (c[0] - c[shift[k]]);
-        ahead += bond[(int64_t)(count - 1 - k) * PDI_FLUX_PAGE] * (c[0] - c[shift[count - 1 - k]]);
-    }
-    return behind + ahead;
-}
-
-/* The same of PDI_VECTOR rows. */
-static void pdi_flux_rest_block(const pd_flux *t, const double *c, int32_t i, int32_t row, double *PD_RESTRICT sum)
-{
-    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        const double *bond = pdi_flux_conduct(t, i, row, k, PDI_VECTOR, space), *far = c + t->bonds->shift[k];
-        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (c[b] - far[b]);
-    }
-    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
-}
-
-/* The same of the rows of a run whose conductances are not those of whole bonds, and maybe of others. */
-static void pdi_flux_rest_rows(const pd_flux *t, const double *c, int32_t i, int32_t row, int32_t length,
-                               double *sum)
-{
-    const double *shut = t->shut + row;
-    for (int32_t at = 0; at < length;) {
-        int some = 0;
-        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += shut[at + b] < 0.0;
-        if (at + PDI_VECTOR <= length && some > 1) {
-            pdi_flux_rest_block(t, c + at, i + at, row + at, sum + at);
-            at += PDI_VECTOR;
-            continue;
-        }
-        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
-            if (shut[at] < 0.0) sum[at] = pdi_flux_rest_row(t, c + at, row + at);
-    }
-}
-
-/* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
-static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
-{
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    const pd_flux *t = s->t;
-    const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
-    double *y = s->y + i, sum[PDI_PIECE];
-    pdi_lines lines;
-    lines.grid = t->bonds->grid;
-    lines.stencil = t->bonds->stencil;
-    lines.shift = t->bonds->line_shift;
-    pdi_line_laplacian(&lines, s->c, i, length, y);
-    if (row >= 0) pdi_flux_rest_rows(t, c, i, row, length, sum);
-    for (int32_t b = 0; b < length; b++) {
-        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0), shut = row >= 0 ? t->shut[row + b] : 0.0;
-        double leaves = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
-        y[b] = own * c[b] + (shut < 0.0 ? sum[b] : leaves);
-    }
-}
-
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
     s.t = t;
     s.c = c;
     s.y = y;
-    if (t->shut && !t->boundary->count) {
-        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, PDI_PIECE,
-                           pdi_flux_apply_rest, &s);
+    if (t->conductance.rests && !t->boundary->count) {
+        pdi_rest rest;
+        rest.conductance = &t->conductance;
+        rest.rate = t->rate;
+        rest.absorb = t->absorb;
+        rest.hold = t->diffusion->wall_rate;
+        rest.exact = t->exact;
+        pdi_rest_apply(ctx, &rest, c, y);
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
@@ -19942,15 +20038,6 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
     if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
-PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
-{
-    pd_flux *flux = (pd_flux *)object;
-    PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
-    PDI_ARRAY(owner, flux, node, flux->capacity, "1");
-    PDI_ARRAY(owner, flux, from, flux->capacity, "1");
-    if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
-}
-
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
@@ -19966,24 +20053,18 @@ static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
     return pdi_owner_renew(ctx, pdi_flux_boundary_list, t, &t->boundary_capacity, rows);
 }
 
-static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *t)
-{
-    int32_t rows = (t->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
-    if (rows == t->capacity) return PD_OK;
-    t->rows = t->plain = 0;
-    t->version = 0;
-    return pdi_owner_renew(ctx, pdi_flux_row_list, t, &t->capacity, rows);
-}
-
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 {
-    PDI_TRY(pdi_flux_fit_rows(ctx, t));
+    PDI_TRY(pdi_conductance_fit(ctx, &t->conductance));
     return pdi_flux_fit_boundary(ctx, t);
 }
 
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 {
     pdi_flux_ratio(t);
+    t->conductance.bonds = t->bonds;
+    t->conductance.diffusion = t->diffusion;
+    t->conductance.rests = !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
     PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }
@@ -19991,9 +20072,10 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
     pdi_owner_free(ctx, pdi_flux_list, t);
-    pdi_owner_free(ctx, pdi_flux_row_list, t);
+    pdi_owner_free(ctx, pdi_conductance_list, &t->conductance);
     pdi_owner_free(ctx, pdi_flux_boundary_list, t);
-    t->capacity = t->boundary_capacity = 0;
+    t->boundary_capacity = 0;
+    memset(&t->conductance, 0, sizeof t->conductance);
 }
 #endif /* cut */
 
@@ -20109,24 +20191,24 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
+        t->repeated[i] = t->flux.conductance.rests && none ? 0.0 : c[i];
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
 
-/* fast: to rounding, which amounts are not kept to. */
-static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int fast, double *y)
+/* exact: amounts are kept but for rounding of what bonds carry. */
+static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int exact, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    if (!fast) flux.shut = NULL;
+    flux.exact = exact;
     if (t->repeated) pdi_transport_repeat(ctx, t, c);
     pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
 
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pdi_transport_sweep(ctx, t, c, 0, y);
+    pdi_transport_sweep(ctx, t, c, 1, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -20162,7 +20244,7 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_sweep(u->ctx, u->t, x, 1, y);
+    pdi_transport_sweep(u->ctx, u->t, x, 0, y);
     pdi_transport_pin(u->t, y);
 }
 
@@ -20751,7 +20833,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference; /* pdi_flux_rests */
+    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference;
     if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
@@ -20944,7 +21026,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
-    steady.shut = NULL;
+    steady.exact = 1;
     pdi_transport_fresh(ctx, t);
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     pdi_flux_apply(ctx, &steady, t->c, out);
@@ -34315,15 +34397,15 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
-    t.flux.capacity = plan->bonds.capacity;
-    t.flux.diffusion = &t.diffusion;
-    t.diffusion.desc.field = t.desc.field;
+    t.flux.conductance.bonds = &plan->bonds;
+    t.flux.conductance.capacity = plan->bonds.capacity;
+    t.flux.conductance.rests = !u->has_flow && !medium && !plan->grid.circumference;
     advance.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_flux_list, &t.flux);
-    *bytes += pdi_footprint_list(plan, pdi_flux_row_list, &t.flux);
+    *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);

@@ -2,23 +2,23 @@
 #ifndef CONDUCTANCES_H
 #define CONDUCTANCES_H
 
-/* A field without any order, as sweeps over metal and walls (shut) or past them want it. */
-static inline void conductances_field(const pd_transport *t, int shut, double *x)
+/* A field without any order; exact: in metal and walls, too. */
+static inline void conductances_field(const pd_transport *t, int exact, double *x)
 {
     const uint8_t *kind = t->grid->kind;
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        x[i] = shut && none ? 0.0 : 1.0 + sin(12.9898 * i);
+        x[i] = !exact && none ? 0.0 : 1.0 + sin(12.9898 * i);
     }
     pd_ghosts_scalar(&t->bonds->ghosts, x);
 }
 
-/* y = A x, bond by bond or (shut) by lines. */
-static inline void conductances_apply(pd_ctx *ctx, const pd_transport *t, int shut, const double *x, double *y)
+/* y = A x */
+static inline void conductances_apply(pd_ctx *ctx, const pd_transport *t, int exact, const double *x, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = 0.0;
-    if (!shut) flux.shut = NULL;
+    flux.exact = exact;
     pdi_flux_apply(ctx, &flux, x, y);
 }
 
@@ -36,10 +36,10 @@ static inline void check_conductances(pd_ctx *ctx, pd_transport *t)
         CHECK_OK(ctx, pd_transport_build(ctx, t->grid, &bonds, t->flow, &desc, &fresh)) &&
         CHECK_OK(ctx, pdi_flux_refresh(ctx, &fresh.flux)) && CHECK_OK(ctx, pdi_flux_refresh(ctx, &t->flux))) {
         memcpy(fresh.absorb, t->absorb, total * sizeof *x);
-        for (int shut = 0; shut < 2; shut++) {
-            conductances_field(t, shut, x);
-            conductances_apply(ctx, t, shut, x, y);
-            conductances_apply(ctx, &fresh, shut, x, z);
+        for (int exact = 0; exact < 2; exact++) {
+            conductances_field(t, exact, x);
+            conductances_apply(ctx, t, exact, x, y);
+            conductances_apply(ctx, &fresh, exact, x, z);
             for (size_t i = 0; i < total; i++)
                 if (t->grid->kind[i] == PD_FLUID) CHECK(y[i] >= z[i] && y[i] <= z[i]);
         }

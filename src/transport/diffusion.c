@@ -271,6 +271,14 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
     return 0;
 }
 
+/* What node i gets from held walls is renewed. */
+static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
+{
+    int64_t total = d->bonds->grid->total;
+    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+}
+
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
@@ -278,14 +286,9 @@ static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
     for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
     for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
-}
-
-/* What node i gets from held walls is renewed. */
-static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
-{
-    int64_t total = d->bonds->grid->total;
-    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+    if (!d->wall_rate) return;
+    d->wall_part[i] = 0;
+    pdi_diffusion_release(d, i);
 }
 
 /* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
@@ -317,19 +320,17 @@ PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
     (void)nt;
     if (d->version == bonds->version) return;
+    if (d->version == 0) {
+        d->held_least = HUGE_VAL;
+        d->held_most = -HUGE_VAL;
+    }
     pdi_diffusion_find(d);
     pdi_diffusion_ghosts(d);
-    d->held_least = HUGE_VAL;
-    d->held_most = -HUGE_VAL;
-    for (int32_t i = 0; i < bonds->grid->total && d->wall_rate; i++) {
-        if (d->renewed[i] == bonds->version) d->wall_part[i] = 0;
-        pdi_diffusion_release(d, i);
-    }
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f)) continue;
+        if (!(d->cut[i] > 0.0f) || d->renewed[i] != bonds->version) continue;
         pdi_diffusion_hold(d, r, d->held);
-        if (d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, d->held);
+        pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
@@ -421,11 +422,12 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
     pdi_diffusion_quadratic(xi, weight);
     for (int b = 0; b < count; b++) {
         double factor = 0.0;
+        if (!(d->cut[i + b] > 0.0f) || !(d->cut[j + b] > 0.0f)) continue;
         for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
             factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
         if (d->metal[0])
             factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
-        factor = 1.0 + (double)(d->cut[i + b] * d->cut[j + b]) * factor;
+        factor += 1.0;
         factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
         bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
     }

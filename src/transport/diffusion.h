@@ -45,7 +45,7 @@ typedef struct pd_diffusion {
                                          * gradient at their node; or NULL */
     uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
-    double held_least, held_most;       /* [mol/m3] of the values held; least > most: none */
+    double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
 } pd_diffusion;
 
 #ifdef PDI_INTERNAL

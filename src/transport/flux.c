@@ -6,9 +6,9 @@
  * carry and conduct zero.
  */
 #include "transport/flux.h"
+#include "transport/rest.h"
 #include "core/vec.h"
 #include "core/par.h"
-#include "lattice/line.h"
 #include "lattice/traverse.h"
 #include <math.h>
 #include <stdlib.h>
@@ -17,9 +17,6 @@
 /* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
  * see. */
 #define PDI_FLUX_LEAN 0.3
-
-/* Rows whose conductances stand together: a sweep over blocks of them reads on in memory. */
-#define PDI_FLUX_PAGE 64
 
 /* For fluid at rest. */
 static const double pdi_flux_still[PDI_BLOCK] = {0.0};
@@ -35,30 +32,6 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
     *factor = -1.0;
     if (grid->circumference) *factor = -pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
     return t->flux + (int64_t)(count - 1 - k) * grid->total + j;
-}
-
-/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
-static inline double *pdi_flux_place(const pd_flux *t, int32_t row, int k)
-{
-    int64_t page = row / PDI_FLUX_PAGE;
-    return t->conduct + (page * t->bonds->stencil->count + k) * PDI_FLUX_PAGE + row % PDI_FLUX_PAGE;
-}
-
-/* Fraction at which bond k of node i crosses the side of the box behind which its inlet ghost lies: there the inflow
- * has its value, and the ghost has it at any depth. */
-static double pdi_flux_entry(const pd_flux *t, int32_t i, int k)
-{
-    const pd_grid *grid = t->bonds->grid;
-    double fraction = 1.0;
-    int at[PD_DIM];
-    if (grid->kind[i + t->bonds->shift[k]] != PD_INLET) return 1.0;
-    pdi_grid_index(grid, i, at);
-    for (int d = 0; d < PD_DIM; d++) {
-        int step = t->bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
-        double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
-    }
-    return fraction;
 }
 
 /* Conductance of a bond with upwinding: no less than |F|/2 = |half| (eq. 5.1). */
@@ -77,7 +50,7 @@ static inline double pdi_flux_leave(double half, double least, double near, doub
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
-    *bond /= pdi_flux_entry(t, i, k);
+    *bond /= pdi_conductance_entry(t->bonds, i, k);
     *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
@@ -200,99 +173,10 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     }
 }
 
-PDI_FN int pdi_flux_rests(const pd_flux *t)
-{
-    return !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
-}
-
-/* Element `row` of shut. */
-static double pdi_flux_shut_of(const pd_flux *t, int32_t i, int32_t row)
-{
-    const double *lap = pdi_bond_lap(t->bonds, i);
-    double sum = 0.0;
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        uint8_t kind = t->bonds->grid->kind[i + t->bonds->shift[k]];
-        double bond = *pdi_flux_place(t, row, k), whole = t->diffusion->desc.diffusivity * lap[k];
-        if (kind == PD_FLUID || kind == PD_IMAGE) {
-            if (bond < whole || bond > whole) return -1.0;
-        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
-        else sum += whole;
-    }
-    return sum;
-}
-
 static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t count)
 {
     const pd_flux *t = (const pd_flux *)user;
     for (int k = 0; k < t->bonds->stencil->count; k++) pdi_flux_store(t, i, row, k, count);
-}
-
-/* Where the rows stood when the conductances were last found. Plain rows come in the order of their nodes, and so do
- * the others behind them. */
-static void pdi_flux_find_rows(const pd_flux *t)
-{
-    const pd_bonds *bonds = t->bonds;
-    int32_t old = 0;
-    for (int32_t r = 0; r < bonds->rows; r++) {
-        int32_t end = r < bonds->plain ? t->plain : t->rows;
-        if (r == bonds->plain) old = t->plain;
-        while (old < end && t->node[old] < bonds->node[r]) old++;
-        t->from[r] = old < end && t->node[old] == bonds->node[r] ? old : -1;
-    }
-}
-
-static void pdi_flux_move_row(const pd_flux *t, int32_t r)
-{
-    if (t->from[r] < 0 || t->from[r] == r) return;
-    for (int k = 0; k < t->bonds->stencil->count; k++)
-        *pdi_flux_place(t, r, k) = *pdi_flux_place(t, t->from[r], k);
-    if (t->shut) t->shut[r] = t->shut[t->from[r]];
-}
-
-/* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
-static void pdi_flux_move_rows(const pd_flux *t)
-{
-    for (int32_t r = 0; r < t->bonds->rows; r++)
-        if (t->from[r] > r) pdi_flux_move_row(t, r);
-    for (int32_t r = t->bonds->rows - 1; r >= 0; r--)
-        if (t->from[r] < r) pdi_flux_move_row(t, r);
-}
-
-/* Conductances of the bonds of a row that have an end with new numbers. */
-static void pdi_flux_conduct_row(const pd_flux *t, int32_t r)
-{
-    const pd_bonds *bonds = t->bonds;
-    const pd_diffusion *d = t->diffusion;
-    int32_t i = bonds->node[r];
-    int all = t->from[r] < 0 || d->renewed[i] > t->version, some = all;
-    for (int k = 0; k < bonds->stencil->count; k++) {
-        double bond = 0.0;
-        if (!all && d->renewed[i + bonds->shift[k]] <= t->version) continue;
-        if (pdi_bond_open(bonds, r, k)) {
-            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
-            if (bonds->inlet[r]) bond /= pdi_flux_entry(t, i, k);
-        }
-        *pdi_flux_place(t, r, k) = bond;
-        some = 1;
-    }
-    if (some && t->shut) t->shut[r] = pdi_flux_shut_of(t, i, r);
-}
-
-/* The conductances follow what has changed around the rows since they were last found. */
-static void pdi_flux_conductances(const pd_ctx *ctx, pd_flux *t)
-{
-    const pd_bonds *bonds = t->bonds;
-    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * 8);
-    (void)nt;
-    if (t->version == bonds->version) return;
-    pdi_flux_find_rows(t);
-    pdi_flux_move_rows(t);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t r = 0; r < bonds->rows; r++) pdi_flux_conduct_row(t, r);
-    for (int32_t r = 0; r < bonds->rows; r++) t->node[r] = bonds->node[r];
-    t->rows = bonds->rows;
-    t->plain = bonds->plain;
-    t->version = bonds->version;
 }
 
 /* F and the conductance of bond k of node i, as sweeps see them. */
@@ -309,7 +193,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = *pdi_flux_place(t, row, k);
+    if (row >= 0) *bond = *pdi_conductance_place(&t->conductance, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -319,7 +203,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     if (t->diffusion->version != bonds->version)
         return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
                         "pd_transport_update after pd_bonds_update");
-    pdi_flux_conductances(ctx, t);
+    pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);
     if (t->flux)
         pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_PIECE,
@@ -352,22 +236,6 @@ typedef struct pdi_flux_pair {
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_flux_pair;
-
-/* Conductances of bond k of a block; `space`: room for those that do not stand together. */
-static inline const double *pdi_flux_conduct(const pd_flux *t, int32_t i, int32_t row, int k, int count,
-                                             double *PD_RESTRICT space)
-{
-    if (row >= 0 && row % PDI_FLUX_PAGE + count <= PDI_FLUX_PAGE) return pdi_flux_place(t, row, k);
-    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_flux_place(t, row + b, k);
-    if (row >= 0) return space;
-    if (t->diffusion->field) {
-        pdi_diffusion_bond(t->diffusion, i, k, count, 0, space);
-        return space;
-    }
-    double whole = t->diffusion->desc.diffusivity * pdi_bond_lap(t->bonds, i)[k];
-    for (int b = 0; b < count; b++) space[b] = whole;
-    return space;
-}
 
 /* Close the bonds k of the rows from `row` that are. */
 static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
@@ -420,8 +288,8 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->back = p->volume[1];
         p->turn = 1.0;
     }
-    p->ahead = pdi_flux_conduct(t, i, row, k, count, p->space[0]);
-    p->behind = pdi_flux_conduct(t, i, row, opposite, count, p->space[1]);
+    p->ahead = pdi_conductance_of(&t->conductance, i, row, k, count, p->space[0]);
+    p->behind = pdi_conductance_of(&t->conductance, i, row, opposite, count, p->space[1]);
 }
 
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
@@ -546,78 +414,20 @@ static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_t
     pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
-/* What leaves through the bonds of a row, one by one. */
-static double pdi_flux_rest_row(const pd_flux *t, const double *c, int32_t row)
-{
-    const int32_t *shift = t->bonds->shift;
-    const double *bond = pdi_flux_place(t, row, 0);
-    int count = t->bonds->stencil->count, half = count / 2;
-    double ahead = 0.0, behind = 0.0;
-    for (int k = 0; k < half; k++) {
-        behind += bond[(int64_t)k * PDI_FLUX_PAGE] * (c[0] - c[shift[k]]);
-        ahead += bond[(int64_t)(count - 1 - k) * PDI_FLUX_PAGE] * (c[0] - c[shift[count - 1 - k]]);
-    }
-    return behind + ahead;
-}
-
-/* The same of PDI_VECTOR rows. */
-static void pdi_flux_rest_block(const pd_flux *t, const double *c, int32_t i, int32_t row, double *PD_RESTRICT sum)
-{
-    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
-    for (int k = 0; k < t->bonds->stencil->count; k++) {
-        const double *bond = pdi_flux_conduct(t, i, row, k, PDI_VECTOR, space), *far = c + t->bonds->shift[k];
-        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (c[b] - far[b]);
-    }
-    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
-}
-
-/* The same of the rows of a run whose conductances are not those of whole bonds, and maybe of others. */
-static void pdi_flux_rest_rows(const pd_flux *t, const double *c, int32_t i, int32_t row, int32_t length,
-                               double *sum)
-{
-    const double *shut = t->shut + row;
-    for (int32_t at = 0; at < length;) {
-        int some = 0;
-        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += shut[at + b] < 0.0;
-        if (at + PDI_VECTOR <= length && some > 1) {
-            pdi_flux_rest_block(t, c + at, i + at, row + at, sum + at);
-            at += PDI_VECTOR;
-            continue;
-        }
-        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
-            if (shut[at] < 0.0) sum[at] = pdi_flux_rest_row(t, c + at, row + at);
-    }
-}
-
-/* Fluid at rest: the Laplacian by lines, less what closed bonds would carry. */
-static void pdi_flux_apply_rest(const void *user, int32_t i, int32_t row, int32_t length)
-{
-    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    const pd_flux *t = s->t;
-    const double *c = s->c + i, *absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
-    double *y = s->y + i, sum[PDI_PIECE];
-    pdi_lines lines;
-    lines.grid = t->bonds->grid;
-    lines.stencil = t->bonds->stencil;
-    lines.shift = t->bonds->line_shift;
-    pdi_line_laplacian(&lines, s->c, i, length, y);
-    if (row >= 0) pdi_flux_rest_rows(t, c, i, row, length, sum);
-    for (int32_t b = 0; b < length; b++) {
-        double own = t->rate + absorb[b] + (hold ? hold[i + b] : 0.0), shut = row >= 0 ? t->shut[row + b] : 0.0;
-        double leaves = -t->diffusion->desc.diffusivity * y[b] - shut * c[b];
-        y[b] = own * c[b] + (shut < 0.0 ? sum[b] : leaves);
-    }
-}
-
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
 {
     pdi_flux_sweep s;
     s.t = t;
     s.c = c;
     s.y = y;
-    if (t->shut && !t->boundary->count) {
-        pdi_traverse_sweep(ctx, t->bonds, t->bonds->grid->fluid_count * t->bonds->stencil->count, PDI_PIECE,
-                           pdi_flux_apply_rest, &s);
+    if (t->conductance.rests && !t->boundary->count) {
+        pdi_rest rest;
+        rest.conductance = &t->conductance;
+        rest.rate = t->rate;
+        rest.absorb = t->absorb;
+        rest.hold = t->diffusion->wall_rate;
+        rest.exact = t->exact;
+        pdi_rest_apply(ctx, &rest, c, y);
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
@@ -759,15 +569,6 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
     if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
-PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object)
-{
-    pd_flux *flux = (pd_flux *)object;
-    PDI_ARRAY(owner, flux, conduct, flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->capacity : 0, "1/s");
-    PDI_ARRAY(owner, flux, node, flux->capacity, "1");
-    PDI_ARRAY(owner, flux, from, flux->capacity, "1");
-    if (flux->bonds && pdi_flux_rests(flux)) PDI_ARRAY(owner, flux, shut, flux->capacity, "1/s");
-}
-
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
@@ -783,24 +584,18 @@ static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
     return pdi_owner_renew(ctx, pdi_flux_boundary_list, t, &t->boundary_capacity, rows);
 }
 
-static pd_status pdi_flux_fit_rows(pd_ctx *ctx, pd_flux *t)
-{
-    int32_t rows = (t->bonds->capacity + PDI_FLUX_PAGE - 1) / PDI_FLUX_PAGE * PDI_FLUX_PAGE;
-    if (rows == t->capacity) return PD_OK;
-    t->rows = t->plain = 0;
-    t->version = 0;
-    return pdi_owner_renew(ctx, pdi_flux_row_list, t, &t->capacity, rows);
-}
-
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
 {
-    PDI_TRY(pdi_flux_fit_rows(ctx, t));
+    PDI_TRY(pdi_conductance_fit(ctx, &t->conductance));
     return pdi_flux_fit_boundary(ctx, t);
 }
 
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 {
     pdi_flux_ratio(t);
+    t->conductance.bonds = t->bonds;
+    t->conductance.diffusion = t->diffusion;
+    t->conductance.rests = !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
     PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }
@@ -808,7 +603,8 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
     pdi_owner_free(ctx, pdi_flux_list, t);
-    pdi_owner_free(ctx, pdi_flux_row_list, t);
+    pdi_owner_free(ctx, pdi_conductance_list, &t->conductance);
     pdi_owner_free(ctx, pdi_flux_boundary_list, t);
-    t->capacity = t->boundary_capacity = 0;
+    t->boundary_capacity = 0;
+    memset(&t->conductance, 0, sizeof t->conductance);
 }

@@ -4,7 +4,7 @@
 #ifndef PD_FLUX_H
 #define PD_FLUX_H
 #include "flow/flow.h"
-#include "transport/diffusion.h"
+#include "transport/conductance.h"
 #include "transport/limiter.h"
 
 /* The terms of the balance of a node; the first ones are borrowed. */
@@ -22,15 +22,8 @@ typedef struct pd_flux {
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where telling them
                                     * anew takes no longer than reading them, and for fluid at rest */
-    double *conduct;               /* [capacity/64][count][64] [1/s] conductances of the bonds of rows */
-    double *shut;                  /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when
-                                    * they end on metal and walls and the others are whole; -1: it is another row.
-                                    * NULL: with a flow, in media and around axes */
-    int32_t *node;                 /* [capacity] nodes of the `rows` rows that `conduct` was last found for, `plain` of
-                                    * them plain */
-    int32_t *from;                 /* [capacity] where that row stood before; -1: nowhere. Work */
-    int32_t rows, plain, capacity;
-    uint32_t version;              /* of the bonds, that `conduct` belongs to */
+    pd_conductance conductance;    /* of the bonds of rows */
+    int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
     double *boundary_bond;         /* [boundary_capacity][count] [1/s] their conductances */
@@ -38,11 +31,8 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
-/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
-PDI_FN int pdi_flux_rests(const pd_flux *t);
-/* Arrays of a pd_flux: by the lattice, and by the rows. */
+/* Arrays of a pd_flux by the lattice. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_flux_row_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
 /* After pd_bonds_update and pdi_boundary_update: room for their rows. */
@@ -51,8 +41,7 @@ PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
- * upwinded (eq. 5.1); c [total] with its images and inlets, and 0 in metal and walls where there is `shut`:
- * then amounts are kept but for rounding of each node, without it bond by bond. */
+ * upwinded (eq. 5.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */

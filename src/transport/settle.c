@@ -36,7 +36,7 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     free_walls.wall_rate = NULL;
     steady.diffusion = &free_walls;
     steady.rate = 0.0;
-    steady.shut = NULL;
+    steady.exact = 1;
     pdi_transport_fresh(ctx, t);
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
     pdi_flux_apply(ctx, &steady, t->c, out);

@@ -42,24 +42,24 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = t->flux.shut && none ? 0.0 : c[i];
+        t->repeated[i] = t->flux.conductance.rests && none ? 0.0 : c[i];
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
 
-/* fast: to rounding, which amounts are not kept to. */
-static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int fast, double *y)
+/* exact: amounts are kept but for rounding of what bonds carry. */
+static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const double *c, int exact, double *y)
 {
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
-    if (!fast) flux.shut = NULL;
+    flux.exact = exact;
     if (t->repeated) pdi_transport_repeat(ctx, t, c);
     pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
 
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *t, const double *c, double *y)
 {
-    pdi_transport_sweep(ctx, t, c, 0, y);
+    pdi_transport_sweep(ctx, t, c, 1, y);
 }
 
 /* Upwinded nodes keep nothing. */
@@ -95,7 +95,7 @@ static void pdi_transport_pin(const pd_transport *t, double *y)
 static void pdi_transport_apply(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_sweep(u->ctx, u->t, x, 1, y);
+    pdi_transport_sweep(u->ctx, u->t, x, 0, y);
     pdi_transport_pin(u->t, y);
 }
 
@@ -684,7 +684,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference; /* pdi_flux_rests */
+    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference;
     if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
