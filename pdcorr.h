@@ -1070,12 +1070,18 @@ typedef struct pd_runs {
     int32_t *first, *length; /* [capacity] */
 } pd_runs;
 
+/* What rows there are, and what they hold: a sum of these. */
+typedef enum pd_bonds_options {
+    PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (for comparisons of both paths) */
+    PD_BONDS_AT_REST = 2   /* nothing flows: what walls do to a flow is left out */
+} pd_bonds_options;
+
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     pd_spans spans;      /* of the grid */
-    int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
+    int options;         /* pd_bonds_options */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
@@ -1090,13 +1096,14 @@ typedef struct pd_bonds {
     int32_t *node;       /* [capacity] */
     uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
+    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
+                          * (eq. 3.5) */
+    /* NULL at rest: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
                           * when it is closed minus the fraction of it to the surface */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), and that bend */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5) */
     double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
                           * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
     pd_runs whole;      /* nodes with whole families */
@@ -1108,8 +1115,8 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Grid and stencil are borrowed. all_rows != 0: a row for every fluid node. */
-PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. */
+PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);
@@ -9436,24 +9443,22 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* Inverse of the moment matrix. What is missing shows against the moments `norm` of a whole family, whatever the ratio
- * of the spacings: those of bonds across a long cell are smaller by its fourth power. Where the open bonds do not span
- * space the zero normal gradient at the surface closes the system (eq. 3.6). */
-static void pdi_bond_invert(const double *norm, const double *moment, const double *closure, double *inverse)
+/* Inverse of the moment matrix, with what `closure` adds to it where that is not NULL. What is missing shows against
+ * the moments `norm` of a whole family, whatever the ratio of the spacings: those of bonds across a long cell are
+ * smaller by its fourth power. 0: pivots fall below `least`. */
+static int pdi_bond_invert(const double *norm, const double *moment, const double *closure, double least,
+                           double *inverse)
 {
     double scaled[PD_DIM * PD_DIM], unit[PD_DIM];
     for (int a = 0; a < PD_DIM; a++) unit[a] = sqrt(norm[a]);
-    for (int pass = 0; pass < 2; pass++) {
-        for (int a = 0; a < PD_DIM; a++)
-            for (int b = 0; b < PD_DIM; b++)
-                scaled[a * PD_DIM + b] =
-                    (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
-        if (pdi_vec_invert(scaled, inverse) > (pass ? 1e-9 : PDI_BOND_MIN_PIVOT)) break;
-        if (pass)
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
-    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++)
+            scaled[a * PD_DIM + b] =
+                (moment[a * PD_DIM + b] + (closure ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
+    if (!(pdi_vec_invert(scaled, inverse) > least)) return 0;
     for (int a = 0; a < PD_DIM; a++)
         for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= unit[a] * unit[b];
+    return 1;
 }
 
 /* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
@@ -9579,52 +9584,73 @@ static void pdi_bond_transpose(const double *norm, double *k)
         for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
+/* What the cut bonds of row r add to its moments, by a zero normal gradient at the surface (eq. 3.6): the mirror of
+ * the far end is xi - 2 (1-t) (xi.N) N, and its excess over xi a known multiple of the gradient. And what walls do to a
+ * flow. */
+static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    memset(closure, 0, PD_DIM * PD_DIM * sizeof *closure);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int place = pdi_bond_leg(s, k);
+        pdi_cut cut;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+        if (bonds->options & PD_BONDS_AT_REST) continue;
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        if (cut.smooth) bonds->smooth[r] = 1;
+        if (place >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + place] = -cut.t;
+    }
+}
+
+/* Inverse moments where the open bonds may not span space (a channel one node wide). */
+static void pdi_bond_settle(const double *norm, const double *moment, const double *closure, double *inverse)
+{
+    if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    if (pdi_bond_invert(norm, moment, closure, 1e-9, inverse)) return;
+    memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
+    enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
-    double norm[PD_DIM];
+    int rests = bonds->options & PD_BONDS_AT_REST;
+    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM], *inverse = bonds->moment + (int64_t)r * N;
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
-    memset(closure, 0, sizeof closure);
     memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
-    bonds->inlet[r] = bonds->smooth[r] = 0;
-    bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
+    bonds->inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        int group = pdi_bond_closed_group(bonds, node, k);
-        double flux = s->base[k] * pdi_bond_flux(bonds, node, k), *leg = bonds->leg + (int64_t)r * 2 * PD_DIM;
-        int place = pdi_bond_leg(s, k);
-        if (place >= 0) leg[place] = 1.0;
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
-        if (group < 0) {
-            bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-            int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
-            if (inlet) bonds->inlet[r] = 1;
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
-                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
-                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
-            }
-            continue;
+        if (pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+        int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+        if (inlet) bonds->inlet[r] = 1;
+        for (int i = 0; i < N; i++) {
+            if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
-        pdi_cut cut;
-        pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
-        if (cut.smooth) bonds->smooth[r] = 1;
-        if (place >= 0) leg[place] = -cut.t;
-        /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
-        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
-        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    double *advecting = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
-    pdi_bond_invert(bonds->norm, moment, closure, inverse);
-    pdi_bond_invert(norm, entry, closure, advecting);
+    if (rests && pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    pdi_bond_close_row(bonds, r, closure);
+    pdi_bond_settle(bonds->norm, moment, closure, inverse);
+    if (rests) return;
+    double *advecting = bonds->advecting + (int64_t)r * N;
+    for (int i = 0; i < N; i++) entry[i] += inner[i];
+    pdi_bond_settle(norm, entry, closure, advecting);
     pdi_bond_transpose(norm, advecting);
 }
 
@@ -9635,12 +9661,24 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
+    if (bonds->options & PD_BONDS_AT_REST) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
     PDI_ARRAY(owner, bonds, leg, rows * 2 * PD_DIM, "1");
     PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
     PDI_ARRAY(owner, bonds, wall_curv, rows, "1");
-    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
+}
+
+/* What walls do to a flow at the first `rows` rows. */
+static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
+{
+    if (from->options & PD_BONDS_AT_REST) return;
+    memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
+    memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
+    memcpy(to->wall_lap, from->wall_lap, rows * sizeof *from->wall_lap);
+    memcpy(to->wall_curv, from->wall_curv, rows * sizeof *from->wall_curv);
+    memcpy(to->advecting, from->advecting, rows * PD_DIM * PD_DIM * sizeof *from->advecting);
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -9659,12 +9697,8 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            memcpy(fresh.smooth, b->smooth, used * sizeof *b->smooth);
-            memcpy(fresh.leg, b->leg, used * 2 * PD_DIM * sizeof *b->leg);
-            memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
-            memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
-            memcpy(fresh.advecting, b->advecting, used * PD_DIM * PD_DIM * sizeof *b->advecting);
+            pdi_bond_copy_walls(b, used, &fresh);
         }
         *b = fresh;
         fresh = old;
@@ -9673,18 +9707,26 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     return status;
 }
 
-static void pdi_bond_swap_double(double *x, double *y)
+/* Rows r and q of an array of `count` doubles a row change places. */
+static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
 {
-    double keep = *x;
-    *x = *y;
-    *y = keep;
+    for (int i = 0; i < count; i++) {
+        double keep = x[(int64_t)r * count + i];
+        x[(int64_t)r * count + i] = x[(int64_t)q * count + i];
+        x[(int64_t)q * count + i] = keep;
+    }
+}
+
+static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
+{
+    uint8_t keep = x[r];
+    x[r] = x[q];
+    x[q] = keep;
 }
 
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
-    int dd = PD_DIM * PD_DIM;
     int32_t node = b->node[r];
-    uint8_t inlet = b->inlet[r], smooth = b->smooth[r];
     for (int w = 0; w < b->words; w++) {
         uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
@@ -9692,20 +9734,16 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     }
     b->node[r] = b->node[q];
     b->node[q] = node;
-    b->inlet[r] = b->inlet[q];
-    b->inlet[q] = inlet;
-    b->smooth[r] = b->smooth[q];
-    b->smooth[q] = smooth;
-    pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
-    pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
-    for (int i = 0; i < 2 * PD_DIM; i++)
-        pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
-    for (int i = 0; i < dd; i++) {
-        pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
-        pdi_bond_swap_double(b->advecting + (int64_t)r * dd + i, b->advecting + (int64_t)q * dd + i);
-    }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
+    pdi_bond_swap_byte(b->inlet, r, q);
+    pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
+    if (b->options & PD_BONDS_AT_REST) return;
+    pdi_bond_swap_byte(b->smooth, r, q);
+    pdi_bond_swap_double(b->wall_lap, 1, r, q);
+    pdi_bond_swap_double(b->wall_curv, 1, r, q);
+    pdi_bond_swap_double(b->leg, 2 * PD_DIM, r, q);
+    pdi_bond_swap_double(b->advecting, PD_DIM * PD_DIM, r, q);
 }
 
 /* Plain rows first, in the order of their nodes, then those at inlets. */
@@ -9775,7 +9813,7 @@ static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 /* Give `node` the row that its family needs, or none. */
 static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
-    int needed = b->grid->kind[node] == PD_FLUID && (b->all_rows || !pdi_bond_whole(b, node));
+    int needed = b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(b, node));
     int32_t r = b->row[node];
     if (needed && r < 0) {
         PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
@@ -9810,13 +9848,13 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
 
-static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
     bonds->stencil = stencil;
     bonds->grid = grid;
-    bonds->all_rows = all_rows;
+    bonds->options = options;
     bonds->words = (stencil->count + 31) / 32;
     bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
@@ -9835,7 +9873,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
         if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
-        if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
+        if (grid->kind[node] == PD_FLUID) rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++) {
@@ -9845,9 +9883,9 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return pdi_bond_arrange(ctx, bonds);
 }
 
-pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options, pd_bonds *bonds)
 {
-    pd_status status = pdi_bond_make(ctx, stencil, grid, all_rows, bonds);
+    pd_status status = pdi_bond_make(ctx, stencil, grid, options, bonds);
     if (status < 0) pd_bonds_free(ctx, bonds);
     return status;
 }
@@ -15074,6 +15112,8 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
+    if (bonds->options & PD_BONDS_AT_REST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");
     flow->grid = grid;
     flow->bonds = bonds;
     flow->rho = desc->rho;
@@ -19145,27 +19185,38 @@ static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row
     return behind + ahead;
 }
 
-/* The same of PDI_VECTOR rows. */
-static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t i, int32_t row, double *PD_RESTRICT sum)
+/* The same of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
+static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, double *PD_RESTRICT sum)
 {
-    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
-    for (int k = 0; k < c->bonds->stencil->count; k++) {
-        const double *bond = pdi_conductance_of(c, i, row, k, PDI_VECTOR, space), *far = x + c->bonds->shift[k];
-        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
+    const pd_bonds *bonds = c->bonds;
+    const double *first = pdi_conductance_place(c, row, 0);
+    double total[PDI_VECTOR] = {0.0};
+    for (int word = 0; word < bonds->words; word++) {
+        const uint32_t *open = bonds->mask + (int64_t)word * bonds->capacity + row;
+        int k = 32 * word, end = k + 32 < bonds->stencil->count ? k + 32 : bonds->stencil->count;
+        uint32_t any = 0;
+        for (int b = 0; b < PDI_VECTOR; b++) any |= open[b];
+        for (; k < end; k++, any >>= 1) {
+            const double *bond = first + (int64_t)k * PDI_CONDUCTANCE_PAGE, *far = x + bonds->shift[k];
+            if (!(any & 1u)) continue;
+            for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
+        }
     }
     for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
 }
 
 /* The rows of a run that go bond by bond: all of them, or those whose conductances are not those of whole bonds. */
-static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t i, int32_t row, int32_t length, double *sum)
+static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t row, int32_t length, double *sum)
 {
     const pd_conductance *c = rest->conductance;
     const double *shut = c->shut + row;
     for (int32_t at = 0; at < length;) {
         int some = 0;
+        if (at + PDI_VECTOR > length && length >= PDI_VECTOR) at = length - PDI_VECTOR; /* with rows that are done */
         for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += rest->exact || shut[at + b] < 0.0;
-        if (at + PDI_VECTOR <= length && some > 1) {
-            pdi_rest_block(c, x + at, i + at, row + at, sum + at);
+        int page = (row + at) % PDI_CONDUCTANCE_PAGE + PDI_VECTOR <= PDI_CONDUCTANCE_PAGE;
+        if (at + PDI_VECTOR <= length && some > 1 && page) {
+            pdi_rest_block(c, x + at, row + at, sum + at);
             at += PDI_VECTOR;
             continue;
         }
@@ -19183,7 +19234,7 @@ static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t lengt
     const double *x = s->x + i;
     double *y = s->y + i, sum[PDI_PIECE];
     if (row < 0 || !rest->exact) pdi_line_laplacian(&s->lines, s->x, i, length, y);
-    if (row >= 0) pdi_rest_rows(rest, x, i, row, length, sum);
+    if (row >= 0) pdi_rest_rows(rest, x, row, length, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
         double shut = row < 0 ? 0.0 : rest->exact ? -1.0 : c->shut[row + b];
@@ -34277,6 +34328,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->stencil.reach = reach;
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
+    plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
     plan->bonds.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
@@ -34571,7 +34623,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, 0, &m->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
     pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;

@@ -328,6 +328,12 @@ TEST(bad_input)
         CHECK(strncmp(s->ctx.message, "flow: ", 6) == 0);
         pd_flow_free(&s->ctx, &flow);
     }
+    pd_bonds still;
+    pd_flow flow;
+    CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_AT_REST, &still));
+    CHECK_INT(pd_flow_build(&s->ctx, &s->grid, &still, &s->flow_desc, &flow), PD_ERR_ARGUMENT);
+    CHECK(strstr(s->ctx.message, "PD_BONDS_AT_REST") != NULL);
+    pd_bonds_free(&s->ctx, &still);
     flow_free(s);
 }
 

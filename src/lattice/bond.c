@@ -231,24 +231,22 @@ static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, 
     if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* Inverse of the moment matrix. What is missing shows against the moments `norm` of a whole family, whatever the ratio
- * of the spacings: those of bonds across a long cell are smaller by its fourth power. Where the open bonds do not span
- * space the zero normal gradient at the surface closes the system (eq. 3.6). */
-static void pdi_bond_invert(const double *norm, const double *moment, const double *closure, double *inverse)
+/* Inverse of the moment matrix, with what `closure` adds to it where that is not NULL. What is missing shows against
+ * the moments `norm` of a whole family, whatever the ratio of the spacings: those of bonds across a long cell are
+ * smaller by its fourth power. 0: pivots fall below `least`. */
+static int pdi_bond_invert(const double *norm, const double *moment, const double *closure, double least,
+                           double *inverse)
 {
     double scaled[PD_DIM * PD_DIM], unit[PD_DIM];
     for (int a = 0; a < PD_DIM; a++) unit[a] = sqrt(norm[a]);
-    for (int pass = 0; pass < 2; pass++) {
-        for (int a = 0; a < PD_DIM; a++)
-            for (int b = 0; b < PD_DIM; b++)
-                scaled[a * PD_DIM + b] =
-                    (moment[a * PD_DIM + b] + (pass ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
-        if (pdi_vec_invert(scaled, inverse) > (pass ? 1e-9 : PDI_BOND_MIN_PIVOT)) break;
-        if (pass)
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) inverse[i] = 0.0;
-    }
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++)
+            scaled[a * PD_DIM + b] =
+                (moment[a * PD_DIM + b] + (closure ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
+    if (!(pdi_vec_invert(scaled, inverse) > least)) return 0;
     for (int a = 0; a < PD_DIM; a++)
         for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= unit[a] * unit[b];
+    return 1;
 }
 
 /* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
@@ -374,52 +372,73 @@ static void pdi_bond_transpose(const double *norm, double *k)
         for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
+/* What the cut bonds of row r add to its moments, by a zero normal gradient at the surface (eq. 3.6): the mirror of
+ * the far end is xi - 2 (1-t) (xi.N) N, and its excess over xi a known multiple of the gradient. And what walls do to a
+ * flow. */
+static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
+{
+    const pd_stencil *s = bonds->stencil;
+    int32_t node = bonds->node[r];
+    memset(closure, 0, PD_DIM * PD_DIM * sizeof *closure);
+    for (int k = 0; k < s->count; k++) {
+        const double *xi = s->xi + k * PD_DIM;
+        int place = pdi_bond_leg(s, k);
+        pdi_cut cut;
+        if (pdi_bond_open(bonds, r, k)) continue;
+        pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+        if (bonds->options & PD_BONDS_AT_REST) continue;
+        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        if (cut.smooth) bonds->smooth[r] = 1;
+        if (place >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + place] = -cut.t;
+    }
+}
+
+/* Inverse moments where the open bonds may not span space (a channel one node wide). */
+static void pdi_bond_settle(const double *norm, const double *moment, const double *closure, double *inverse)
+{
+    if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    if (pdi_bond_invert(norm, moment, closure, 1e-9, inverse)) return;
+    memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
+}
+
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
+    enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    double moment[PD_DIM * PD_DIM], closure[PD_DIM * PD_DIM], inner[PD_DIM * PD_DIM], entry[PD_DIM * PD_DIM];
-    double norm[PD_DIM];
+    int rests = bonds->options & PD_BONDS_AT_REST;
+    double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM], *inverse = bonds->moment + (int64_t)r * N;
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
-    memset(closure, 0, sizeof closure);
     memset(norm, 0, sizeof norm);
     for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
-    bonds->inlet[r] = bonds->smooth[r] = 0;
-    bonds->wall_lap[r] = bonds->wall_curv[r] = 0.0;
+    bonds->inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        int group = pdi_bond_closed_group(bonds, node, k);
-        double flux = s->base[k] * pdi_bond_flux(bonds, node, k), *leg = bonds->leg + (int64_t)r * 2 * PD_DIM;
-        int place = pdi_bond_leg(s, k);
-        if (place >= 0) leg[place] = 1.0;
+        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
-        if (group < 0) {
-            bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-            int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
-            if (inlet) bonds->inlet[r] = 1;
-            for (int i = 0; i < PD_DIM * PD_DIM; i++) {
-                if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
-                (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
-            }
-            continue;
+        if (pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+        int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+        if (inlet) bonds->inlet[r] = 1;
+        for (int i = 0; i < N; i++) {
+            if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
-        pdi_cut cut;
-        pdi_bond_cut(bonds, node, k, group, &cut);
-        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
-        if (cut.smooth) bonds->smooth[r] = 1;
-        if (place >= 0) leg[place] = -cut.t;
-        /* mirror of the far end: xi - 2 (1-t) (xi.N) N; its excess over xi is a known multiple of the gradient */
-        double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
-        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
     }
-    double *inverse = bonds->moment + (int64_t)r * PD_DIM * PD_DIM;
-    double *advecting = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
-    for (int i = 0; i < PD_DIM * PD_DIM; i++) entry[i] += inner[i];
-    pdi_bond_invert(bonds->norm, moment, closure, inverse);
-    pdi_bond_invert(norm, entry, closure, advecting);
+    if (rests && pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    pdi_bond_close_row(bonds, r, closure);
+    pdi_bond_settle(bonds->norm, moment, closure, inverse);
+    if (rests) return;
+    double *advecting = bonds->advecting + (int64_t)r * N;
+    for (int i = 0; i < N; i++) entry[i] += inner[i];
+    pdi_bond_settle(norm, entry, closure, advecting);
     pdi_bond_transpose(norm, advecting);
 }
 
@@ -430,12 +449,24 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
+    if (bonds->options & PD_BONDS_AT_REST) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
     PDI_ARRAY(owner, bonds, leg, rows * 2 * PD_DIM, "1");
     PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
     PDI_ARRAY(owner, bonds, wall_curv, rows, "1");
-    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
+}
+
+/* What walls do to a flow at the first `rows` rows. */
+static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
+{
+    if (from->options & PD_BONDS_AT_REST) return;
+    memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
+    memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
+    memcpy(to->wall_lap, from->wall_lap, rows * sizeof *from->wall_lap);
+    memcpy(to->wall_curv, from->wall_curv, rows * sizeof *from->wall_curv);
+    memcpy(to->advecting, from->advecting, rows * PD_DIM * PD_DIM * sizeof *from->advecting);
 }
 
 /* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
@@ -454,12 +485,8 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            memcpy(fresh.smooth, b->smooth, used * sizeof *b->smooth);
-            memcpy(fresh.leg, b->leg, used * 2 * PD_DIM * sizeof *b->leg);
-            memcpy(fresh.wall_lap, b->wall_lap, used * sizeof *b->wall_lap);
-            memcpy(fresh.wall_curv, b->wall_curv, used * sizeof *b->wall_curv);
             memcpy(fresh.moment, b->moment, used * PD_DIM * PD_DIM * sizeof *b->moment);
-            memcpy(fresh.advecting, b->advecting, used * PD_DIM * PD_DIM * sizeof *b->advecting);
+            pdi_bond_copy_walls(b, used, &fresh);
         }
         *b = fresh;
         fresh = old;
@@ -468,18 +495,26 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     return status;
 }
 
-static void pdi_bond_swap_double(double *x, double *y)
+/* Rows r and q of an array of `count` doubles a row change places. */
+static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
 {
-    double keep = *x;
-    *x = *y;
-    *y = keep;
+    for (int i = 0; i < count; i++) {
+        double keep = x[(int64_t)r * count + i];
+        x[(int64_t)r * count + i] = x[(int64_t)q * count + i];
+        x[(int64_t)q * count + i] = keep;
+    }
+}
+
+static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
+{
+    uint8_t keep = x[r];
+    x[r] = x[q];
+    x[q] = keep;
 }
 
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
-    int dd = PD_DIM * PD_DIM;
     int32_t node = b->node[r];
-    uint8_t inlet = b->inlet[r], smooth = b->smooth[r];
     for (int w = 0; w < b->words; w++) {
         uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
@@ -487,20 +522,16 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     }
     b->node[r] = b->node[q];
     b->node[q] = node;
-    b->inlet[r] = b->inlet[q];
-    b->inlet[q] = inlet;
-    b->smooth[r] = b->smooth[q];
-    b->smooth[q] = smooth;
-    pdi_bond_swap_double(b->wall_lap + r, b->wall_lap + q);
-    pdi_bond_swap_double(b->wall_curv + r, b->wall_curv + q);
-    for (int i = 0; i < 2 * PD_DIM; i++)
-        pdi_bond_swap_double(b->leg + (int64_t)r * 2 * PD_DIM + i, b->leg + (int64_t)q * 2 * PD_DIM + i);
-    for (int i = 0; i < dd; i++) {
-        pdi_bond_swap_double(b->moment + (int64_t)r * dd + i, b->moment + (int64_t)q * dd + i);
-        pdi_bond_swap_double(b->advecting + (int64_t)r * dd + i, b->advecting + (int64_t)q * dd + i);
-    }
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
+    pdi_bond_swap_byte(b->inlet, r, q);
+    pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
+    if (b->options & PD_BONDS_AT_REST) return;
+    pdi_bond_swap_byte(b->smooth, r, q);
+    pdi_bond_swap_double(b->wall_lap, 1, r, q);
+    pdi_bond_swap_double(b->wall_curv, 1, r, q);
+    pdi_bond_swap_double(b->leg, 2 * PD_DIM, r, q);
+    pdi_bond_swap_double(b->advecting, PD_DIM * PD_DIM, r, q);
 }
 
 /* Plain rows first, in the order of their nodes, then those at inlets. */
@@ -570,7 +601,7 @@ static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 /* Give `node` the row that its family needs, or none. */
 static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
-    int needed = b->grid->kind[node] == PD_FLUID && (b->all_rows || !pdi_bond_whole(b, node));
+    int needed = b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(b, node));
     int32_t r = b->row[node];
     if (needed && r < 0) {
         PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
@@ -605,13 +636,13 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
 
-static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
     bonds->stencil = stencil;
     bonds->grid = grid;
-    bonds->all_rows = all_rows;
+    bonds->options = options;
     bonds->words = (stencil->count + 31) / 32;
     bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
@@ -630,7 +661,7 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
         if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
-        if (grid->kind[node] == PD_FLUID) rows += all_rows || !pdi_bond_whole(bonds, node);
+        if (grid->kind[node] == PD_FLUID) rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++) {
@@ -640,9 +671,9 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     return pdi_bond_arrange(ctx, bonds);
 }
 
-pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows, pd_bonds *bonds)
+pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options, pd_bonds *bonds)
 {
-    pd_status status = pdi_bond_make(ctx, stencil, grid, all_rows, bonds);
+    pd_status status = pdi_bond_make(ctx, stencil, grid, options, bonds);
     if (status < 0) pd_bonds_free(ctx, bonds);
     return status;
 }

@@ -22,12 +22,18 @@ typedef struct pd_runs {
     int32_t *first, *length; /* [capacity] */
 } pd_runs;
 
+/* What rows there are, and what they hold: a sum of these. */
+typedef enum pd_bonds_options {
+    PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (for comparisons of both paths) */
+    PD_BONDS_AT_REST = 2   /* nothing flows: what walls do to a flow is left out */
+} pd_bonds_options;
+
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     pd_spans spans;      /* of the grid */
-    int all_rows;        /* every fluid node owns a row (for comparisons of both paths) */
+    int options;         /* pd_bonds_options */
     int32_t *shift;      /* [count] node id of the far end minus that of the node */
     int32_t *line_shift; /* [lines of the stencil] the same for the lines */
     int32_t *cell_shift; /* [cells] the same for the cells of the paths */
@@ -42,13 +48,14 @@ typedef struct pd_bonds {
     int32_t *node;       /* [capacity] */
     uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
+    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
+                          * (eq. 3.5) */
+    /* NULL at rest: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] spacings to the next cell along an axis, x-, x+, y-, ...: 1, or
                           * when it is closed minus the fraction of it to the surface */
     double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), and the bend of a curved surface */
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), and that bend */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5) */
     double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] makes the flux through the bonds of a cut family that of a
                           * whole one (eq. 4.2b): the transpose of what eq. 3.5 makes of g, inlets included */
     pd_runs whole;      /* nodes with whole families */
@@ -60,8 +67,8 @@ typedef struct pd_bonds {
 #define pd_bonds_validate PD_NAME(pd_bonds_validate)
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
-/* Grid and stencil are borrowed. all_rows != 0: a row for every fluid node. */
-PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int all_rows,
+/* Grid and stencil are borrowed. options: 0, or a sum of pd_bonds_options. */
+PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* The kinds of `count` nodes have changed: renew the rows within one reach of them, nothing else. */
 PD_API pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds);

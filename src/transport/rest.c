@@ -26,27 +26,38 @@ static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row
     return behind + ahead;
 }
 
-/* The same of PDI_VECTOR rows. */
-static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t i, int32_t row, double *PD_RESTRICT sum)
+/* The same of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
+static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, double *PD_RESTRICT sum)
 {
-    double space[PDI_VECTOR], total[PDI_VECTOR] = {0.0};
-    for (int k = 0; k < c->bonds->stencil->count; k++) {
-        const double *bond = pdi_conductance_of(c, i, row, k, PDI_VECTOR, space), *far = x + c->bonds->shift[k];
-        for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
+    const pd_bonds *bonds = c->bonds;
+    const double *first = pdi_conductance_place(c, row, 0);
+    double total[PDI_VECTOR] = {0.0};
+    for (int word = 0; word < bonds->words; word++) {
+        const uint32_t *open = bonds->mask + (int64_t)word * bonds->capacity + row;
+        int k = 32 * word, end = k + 32 < bonds->stencil->count ? k + 32 : bonds->stencil->count;
+        uint32_t any = 0;
+        for (int b = 0; b < PDI_VECTOR; b++) any |= open[b];
+        for (; k < end; k++, any >>= 1) {
+            const double *bond = first + (int64_t)k * PDI_CONDUCTANCE_PAGE, *far = x + bonds->shift[k];
+            if (!(any & 1u)) continue;
+            for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
+        }
     }
     for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
 }
 
 /* The rows of a run that go bond by bond: all of them, or those whose conductances are not those of whole bonds. */
-static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t i, int32_t row, int32_t length, double *sum)
+static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t row, int32_t length, double *sum)
 {
     const pd_conductance *c = rest->conductance;
     const double *shut = c->shut + row;
     for (int32_t at = 0; at < length;) {
         int some = 0;
+        if (at + PDI_VECTOR > length && length >= PDI_VECTOR) at = length - PDI_VECTOR; /* with rows that are done */
         for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += rest->exact || shut[at + b] < 0.0;
-        if (at + PDI_VECTOR <= length && some > 1) {
-            pdi_rest_block(c, x + at, i + at, row + at, sum + at);
+        int page = (row + at) % PDI_CONDUCTANCE_PAGE + PDI_VECTOR <= PDI_CONDUCTANCE_PAGE;
+        if (at + PDI_VECTOR <= length && some > 1 && page) {
+            pdi_rest_block(c, x + at, row + at, sum + at);
             at += PDI_VECTOR;
             continue;
         }
@@ -64,7 +75,7 @@ static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t lengt
     const double *x = s->x + i;
     double *y = s->y + i, sum[PDI_PIECE];
     if (row < 0 || !rest->exact) pdi_line_laplacian(&s->lines, s->x, i, length, y);
-    if (row >= 0) pdi_rest_rows(rest, x, i, row, length, sum);
+    if (row >= 0) pdi_rest_rows(rest, x, row, length, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
         double shut = row < 0 ? 0.0 : rest->exact ? -1.0 : c->shut[row + b];
