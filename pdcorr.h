@@ -3855,6 +3855,11 @@ typedef struct pd_dissolve {
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
+    int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
+    int32_t reach_capacity, reach_rows;
+    int reached;              /* 1: they are those of now */
+    int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
     /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
@@ -3884,6 +3889,7 @@ typedef struct pdi_metal_beside {
     double stock;          /* [mol2/m7] sum of weight times the content of the metal */
     double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
     double paid;           /* [mol/m4] and what they give, per speed */
+    double rated;          /* [m/s] `mean` when the rates were found */
 } pdi_metal_beside;
 
 /* A fluid node beside metal: what all metals there are together. */
@@ -3902,6 +3908,11 @@ typedef struct pdi_beside {
     double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_beside;
+
+/* A bond of an exposed node, and the fluid node at its end. */
+typedef struct pdi_reach {
+    int32_t node, bond;
+} pdi_reach;
 
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
@@ -3933,6 +3944,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
+    if (!d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
 }
@@ -3972,7 +3984,9 @@ PDI_FN void pdi_interface_find(const pd_dissolve *dissolve, int32_t j, int k, pd
 /* What that bond gives to node i of the entry, per speed of the law [mol/m4]. */
 PDI_FN double pdi_interface_weight(const pd_dissolve *dissolve, int32_t j, int32_t i, int k, const pdi_entry *entry);
 /* The fluid beside metal, as nodes and contents are now. */
-PDI_FN void pdi_interface_land(pd_dissolve *dissolve);
+PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *dissolve);
+PDI_FN void pdi_interface_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *dissolve);
 /* Speed [m/s] that the law gives at a node, on its line. */
 PDI_FN double pdi_interface_line(const pd_dissolve *dissolve, const pdi_beside *beside);
 /* R of the film [mol s/m4]; HUGE_VAL: nothing passes it. */
@@ -3985,11 +3999,14 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int me
 PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
 /* The law beside a node. A drive by difference is part of it. */
 PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
-/* Rate [1/s] at which solid node j loses its span. */
-PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
+/* Rate [1/s] at which exposed node f loses its span. */
+PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 /* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
  * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */
-PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t j);
+PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t f);
+/* 1: the rates were found with the speeds of now. pdi_interface_rated: they have just been found. */
+PDI_FN int pdi_interface_lasts(const pd_dissolve *dissolve);
+PDI_FN void pdi_interface_rated(pd_dissolve *dissolve);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
 #endif
@@ -4086,7 +4103,7 @@ PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
  * node, place and concentration). */
 PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
-PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
@@ -19143,11 +19160,13 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
 
 PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
 {
-    pd_conductance *c = (pd_conductance *)object;
-    PDI_ARRAY(owner, c, bond, c->bonds ? (int64_t)c->bonds->stencil->count * c->capacity : 0, "1/s");
-    if (c->rests) PDI_ARRAY(owner, c, shut, c->capacity, "1/s");
-    PDI_ARRAY(owner, c, node, c->capacity, "1");
-    PDI_ARRAY(owner, c, from, c->capacity, "1");
+    pd_conductance *conductance = (pd_conductance *)object;
+    const pd_bonds *bonds = conductance->bonds;
+    int64_t rows = conductance->capacity;
+    PDI_ARRAY(owner, conductance, bond, bonds ? bonds->stencil->count * rows : 0, "1/s");
+    if (conductance->rests) PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    PDI_ARRAY(owner, conductance, node, rows, "1");
+    PDI_ARRAY(owner, conductance, from, rows, "1");
 }
 
 PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c)
@@ -22858,34 +22877,41 @@ PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, i
            pdi_metal_over(d, j, i);
 }
 
-/* f sum c(n) v over the bonds to fluid. */
-PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t j)
+/* The loss of exposed node f, in bonds. */
+static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
 {
-    const pd_stencil *s = d->bonds->stencil;
-    pdi_entry entry;
+    int32_t j = d->front[f];
+    int metal = pdi_metal_of(d, j);
     double sum = 0.0;
-    for (int k = 0; k < s->count; k++) {
-        pdi_interface_find(d, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) {
-            int32_t i = entry.node[e];
-            double speed = pdi_interface_speed(d, i, pdi_metal_of(d, j));
-            sum += pdi_metal_area(d, j, k) / entry.count * pdi_metal_drive(d, j, i) * speed;
-        }
+    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
+        int32_t i = d->reach[r].node;
+        sum += pdi_metal_area(d, j, d->reach[r].bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
     return sum * pdi_metal_factor(d, j);
 }
 
-PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t j)
+/* f sum c(n) v over the bonds to fluid. */
+PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
-    double fastest = 0.0;
-    if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, j);
+    int32_t j = d->front[f];
+    double sum = 0.0;
+    if (pdi_metal_bonds(d)) return pdi_interface_bond_rate(d, f);
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++)
-            fastest = fmax(fastest, pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j)));
+            sum += pdi_metal_area(d, j, k) / entry.count * pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j));
     }
-    return d->kernel.total * fastest * pdi_metal_factor(d, j);
+    return sum * pdi_metal_factor(d, j);
+}
+
+PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
+{
+    double fastest = 0.0;
+    if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, f);
+    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++)
+        fastest = fmax(fastest, pdi_interface_speed(d, d->reach[r].node, pdi_metal_of(d, d->front[f])));
+    return d->kernel.total * fastest * pdi_metal_factor(d, d->front[f]);
 }
 
 /* Node i among the fluid beside metal. */
@@ -22901,29 +22927,93 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
     return &d->beside[d->slot[i]];
 }
 
-/* Where the metal of node j enters the fluid. The surface stands in the last metal cell on the way, as deep as that has
- * lost metal. */
-static void pdi_interface_gather(pd_dissolve *d, int32_t j)
+PDI_FN void pdi_interface_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    PDI_ARRAY(owner, dissolve, reach, dissolve->reach_capacity, "1");
+}
+
+PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    PDI_ARRAY(owner, dissolve, reach_first, dissolve->reach_rows, "1");
+}
+
+/* Bonds of node j to fluid that takes metal, into `to` where that is not NULL; how many. */
+static int32_t pdi_interface_bonds(const pd_dissolve *d, int32_t j, pdi_reach *to)
+{
+    pdi_entry entry;
+    int32_t found = 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        if (entry.count == 0) continue;
+        if (to) to[found].node = entry.far;
+        if (to) to[found].bond = k;
+        found++;
+    }
+    return found;
+}
+
+/* They hold until nodes turn or films form. */
+static pd_status pdi_interface_reaches(pd_ctx *ctx, pd_dissolve *d)
+{
+    if (d->reached) return PD_OK;
+    if (d->front_count >= d->reach_rows) {
+        int32_t rows = d->front_count + d->front_count / 4 + 1;
+        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_row_list, d, &d->reach_rows, rows));
+    }
+    d->reach_first[0] = 0;
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int64_t next = (int64_t)d->reach_first[f] + pdi_interface_bonds(d, d->front[f], NULL);
+        if (next > INT32_MAX)
+            return pdi_fail(ctx, PD_ERR_MEMORY, "dissolve", "metal has more than %d bonds to fluid", (int)INT32_MAX);
+        d->reach_first[f + 1] = (int32_t)next;
+    }
+    int32_t all = d->reach_first[d->front_count];
+    if (all > d->reach_capacity) {
+        int32_t most = all < INT32_MAX / 2 ? all + all / 4 : all;
+        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_list, d, &d->reach_capacity, most));
+    }
+    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_bonds(d, d->front[f], d->reach + d->reach_first[f]);
+    d->reached = 1;
+    return PD_OK;
+}
+
+/* What the metal of node j gives by bond k at node e of its entry. */
+static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
     const pd_stencil *s = d->bonds->stencil;
-    double way[PD_DIM], relative = pdi_metal_span(d, j) / d->kind[0].span;
+    double way[PD_DIM], weight = pdi_interface_weight(d, j, entry->node[e], k, entry);
+    if (!(weight > 0.0)) return;
+    pdi_beside *beside = pdi_interface_join(d, entry->node[e]);
+    pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
+    beside->enters += weight;
+    portion->enters += weight;
+    portion->stock += weight * d->transport->c[j];
+    if (pdi_metal_bonds(d)) return;
+    beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
+    beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_span(d, j) / d->kind[0].span));
+    pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
+    for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
+}
+
+/* Where the metal of exposed node f enters the fluid. The surface stands in the last metal cell on the way, as deep as
+ * that has lost metal. */
+static void pdi_interface_gather(pd_dissolve *d, int32_t f)
+{
     pdi_entry entry;
-    for (int k = 0; k < s->count; k++) {
-        pdi_interface_find(d, j, k, &entry);
-        for (int e = 0; e < entry.count; e++) {
-            double weight = pdi_interface_weight(d, j, entry.node[e], k, &entry);
-            if (!(weight > 0.0)) continue;
-            pdi_beside *beside = pdi_interface_join(d, entry.node[e]);
-            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
-            beside->enters += weight;
-            portion->enters += weight;
-            portion->stock += weight * d->transport->c[j];
-            if (pdi_metal_bonds(d)) continue;
-            beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry.last), 0.0);
-            beside->factor += weight * (pdi_metal_factor(d, j) * relative);
-            pdi_entry_mirror(&entry, e, s->xi + k * PD_DIM, way);
-            for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry.count * way[a];
+    int32_t j = d->front[f];
+    entry.count = 1;
+    if (pdi_metal_bonds(d)) {
+        for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
+            entry.node[0] = d->reach[r].node;
+            pdi_interface_enter(d, j, d->reach[r].bond, &entry, 0);
         }
+        return;
+    }
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        pdi_interface_find(d, j, k, &entry);
+        for (int e = 0; e < entry.count; e++) pdi_interface_enter(d, j, k, &entry, e);
     }
 }
 
@@ -23094,24 +23184,68 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
     }
 }
 
-PDI_FN void pdi_interface_land(pd_dissolve *d)
+/* What enters by bonds under a constant drive is the same until other nodes are reached. */
+static void pdi_interface_again(pd_dissolve *d)
+{
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        pdi_beside *beside = &d->beside[n];
+        beside->given = beside->weight = 0.0;
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+            portion->mean = portion->speed = portion->used = portion->used_stock = portion->paid = 0.0;
+        }
+    }
+}
+
+static void pdi_interface_anew(pd_dissolve *d)
 {
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
-    d->beside_count = 0;
-    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, d->front[f]);
+    d->beside_count = d->lasts = 0;
+    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, f);
     for (int32_t n = 0; n < d->beside_count; n++) {
         double *normal = d->beside[n].normal, length = pdi_vec_norm(normal);
         for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-        if (!pdi_metal_bonds(d)) continue;
+    }
+}
+
+PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *d)
+{
+    int again = pdi_metal_bonds(d) && d->reached && d->desc.drive == PD_DRIVE_CONSTANT;
+    if (pdi_metal_bonds(d)) PDI_TRY(pdi_interface_reaches(ctx, d));
+    if (again) pdi_interface_again(d);
+    else pdi_interface_anew(d);
+    for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
         d->beside[n].weight = d->beside[n].enters;
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
             portion->weight = portion->enters;
         }
     }
-    if (pdi_metal_bonds(d)) return;
+    if (pdi_metal_bonds(d)) return PD_OK;
     pdi_interface_link(d, pdi_interface_count);
     pdi_interface_link(d, pdi_interface_arrive);
+    return PD_OK;
+}
+
+PDI_FN int pdi_interface_lasts(const pd_dissolve *d)
+{
+    if (!d->lasts) return 0;
+    for (int32_t n = 0; n < d->beside_count; n++)
+        for (int m = 0; m < d->kinds; m++) {
+            const pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            if (portion->mean < portion->rated || portion->mean > portion->rated) return 0;
+        }
+    return 1;
+}
+
+PDI_FN void pdi_interface_rated(pd_dissolve *d)
+{
+    d->lasts = pdi_metal_bonds(d) && d->desc.drive == PD_DRIVE_CONSTANT && d->gone_count == 0;
+    for (int32_t n = 0; n < d->beside_count && d->lasts; n++)
+        for (int m = 0; m < d->kinds; m++) {
+            pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            portion->rated = portion->mean;
+        }
 }
 
 PDI_FN void pdi_interface_spare(pd_dissolve *d)
@@ -23178,7 +23312,7 @@ PDI_FN double pdi_content_lead(const pd_stencil *s)
 
 PDI_FN void pdi_content_collect(pd_dissolve *d)
 {
-    d->front_count = 0;
+    d->front_count = d->reached = 0;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->exposed[j]) d->front[d->front_count++] = j;
 }
@@ -23947,8 +24081,11 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     d->rated = d->gone_count = 0;
     memset(d->mark, 0, (size_t)d->grid->total);
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    pdi_interface_land(d);
-    if (pdi_dissolve_films(d)) pdi_interface_land(d);
+    PDI_TRY(pdi_interface_land(ctx, d));
+    if (pdi_dissolve_films(d)) {
+        d->reached = 0;
+        PDI_TRY(pdi_interface_land(ctx, d));
+    }
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -23957,11 +24094,27 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
-PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+/* Rates of the exposed nodes by the speeds that there are. */
+static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    (void)nt;
+    if (pdi_interface_lasts(d)) return;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, f);
+    }
+    pdi_interface_rated(d);
+}
+
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
-    (void)ctx;
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_pace(d, d->front[f]));
+    int constant = d->desc.drive == PD_DRIVE_CONSTANT;
+    if (constant) pdi_dissolve_find_rates(ctx, d);
+    for (int32_t f = 0; f < d->front_count; f++)
+        fastest = fmax(fastest, constant ? d->rate[d->front[f]] : pdi_interface_pace(d, f));
     return fastest;
 }
 
@@ -23970,13 +24123,7 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
     pdi_interface_means(d);
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, j);
-    }
+    pdi_dissolve_find_rates(ctx, d);
     d->rated = 1;
 }
 
@@ -24070,10 +24217,10 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
-/* What the step has taken from node j, as a share of its span per time. */
-static double pdi_dissolve_pace(const pd_dissolve *d, int32_t j)
+/* What the step has taken from exposed node f, as a share of its span per time. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
 {
-    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[j] : pdi_interface_pace(d, j);
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
 }
 
 /* 1: the step stands. */
@@ -24081,7 +24228,7 @@ static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, d->front[f]));
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, f));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);
@@ -24181,6 +24328,8 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
+    pdi_owner_free(ctx, pdi_interface_list, d);
+    pdi_owner_free(ctx, pdi_interface_row_list, d);
     memset(d, 0, sizeof *d);
 }
 
@@ -24305,6 +24454,7 @@ static pd_status pdi_dissolving_changed(pd_ctx *ctx, void *self, const int32_t *
 static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolving *q = (pd_dissolving *)self;
+    q->dissolve->reached = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_dissolve_list, q->dissolve, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));
@@ -34485,7 +34635,15 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
-    if (u->has_corrode) *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+    if (u->has_corrode) {
+        /* metal within a horizon of fluid, which takes a quarter of its bonds on average; lists have room to grow */
+        double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
+        d.reach_rows = (int32_t)layers;
+        d.reach_capacity = (int32_t)fmin(0.3125 * layers * b->bonds, INT32_MAX);
+        *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+        *bytes += pdi_footprint_list(plan, pdi_interface_list, &d);
+        *bytes += pdi_footprint_list(plan, pdi_interface_row_list, &d);
+    }
     if (u->passive >= 0) *bytes += b->nodes;
     if (u->metals > 1) *bytes += b->nodes;
 }

@@ -250,7 +250,7 @@ TEST(names_and_units)
                  {pdi_unsteady_list, &unsteady}, {pdi_jacobian_list, &jacobian}, {pdi_transport_list, &transport},
                  {pdi_advance_list, &advance}, {pdi_diffusion_list, &transport.diffusion},
                  {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.flux},
-                 {pdi_flux_row_list, &transport.flux}, {pdi_media_list, &transport.diffusion.media},
+                 {pdi_conductance_list, &transport.flux.conductance}, {pdi_media_list, &transport.diffusion.media},
                  {pdi_media_row_list, &transport.diffusion.media}, {pdi_compact_list, &transport.compact},
                  {pdi_multigrid_list, &transport.mg}, {pdi_krylov_list, &transport.krylov},
                  {pdi_bond_row_list, &bonds}};
@@ -278,7 +278,7 @@ TEST(names_and_units)
     bonds.capacity = 50;
     flow.grid = &grid;
     flow.bonds = transport.bonds = transport.flux.bonds = &bonds;
-    transport.limiter.bonds = transport.diffusion.bonds = &bonds;
+    transport.limiter.bonds = transport.diffusion.bonds = transport.flux.conductance.bonds = &bonds;
     flow.wall = flow.push = still;
     flow.clock = transport.desc.clock = &flow.time;
     steady.flow = implicit.flow = unsteady.flow = &flow;

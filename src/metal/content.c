@@ -45,7 +45,7 @@ PDI_FN double pdi_content_lead(const pd_stencil *s)
 
 PDI_FN void pdi_content_collect(pd_dissolve *d)
 {
-    d->front_count = 0;
+    d->front_count = d->reached = 0;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->exposed[j]) d->front[d->front_count++] = j;
 }

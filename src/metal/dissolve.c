@@ -326,8 +326,11 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     d->rated = d->gone_count = 0;
     memset(d->mark, 0, (size_t)d->grid->total);
     for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
-    pdi_interface_land(d);
-    if (pdi_dissolve_films(d)) pdi_interface_land(d);
+    PDI_TRY(pdi_interface_land(ctx, d));
+    if (pdi_dissolve_films(d)) {
+        d->reached = 0;
+        PDI_TRY(pdi_interface_land(ctx, d));
+    }
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -336,11 +339,27 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
-PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
+/* Rates of the exposed nodes by the speeds that there are. */
+static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    (void)nt;
+    if (pdi_interface_lasts(d)) return;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, f);
+    }
+    pdi_interface_rated(d);
+}
+
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
-    (void)ctx;
-    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_interface_pace(d, d->front[f]));
+    int constant = d->desc.drive == PD_DRIVE_CONSTANT;
+    if (constant) pdi_dissolve_find_rates(ctx, d);
+    for (int32_t f = 0; f < d->front_count; f++)
+        fastest = fmax(fastest, constant ? d->rate[d->front[f]] : pdi_interface_pace(d, f));
     return fastest;
 }
 
@@ -349,13 +368,7 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *d)
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
     pdi_interface_means(d);
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int32_t j = d->front[f];
-        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, j);
-    }
+    pdi_dissolve_find_rates(ctx, d);
     d->rated = 1;
 }
 
@@ -449,10 +462,10 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     return 0;
 }
 
-/* What the step has taken from node j, as a share of its span per time. */
-static double pdi_dissolve_pace(const pd_dissolve *d, int32_t j)
+/* What the step has taken from exposed node f, as a share of its span per time. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
 {
-    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[j] : pdi_interface_pace(d, j);
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
 }
 
 /* 1: the step stands. */
@@ -460,7 +473,7 @@ static int pdi_dissolve_stands(pd_dissolve *d, double dt)
 {
     double lost = 0.0;
     for (int32_t f = 0; f < d->front_count; f++)
-        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, d->front[f]));
+        if (!(d->mark[d->front[f]] & PDI_CONTENT_GONE)) lost = fmax(lost, dt * pdi_dissolve_pace(d, f));
     if (!pdi_dissolve_moderate(d, lost, dt)) return 0;
     if (!pdi_metal_bonds(d)) return pdi_dissolve_accurate(d, lost, dt);
     pdi_dissolve_foresee(d, lost, dt);
@@ -560,5 +573,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
+    pdi_owner_free(ctx, pdi_interface_list, d);
+    pdi_owner_free(ctx, pdi_interface_row_list, d);
     memset(d, 0, sizeof *d);
 }

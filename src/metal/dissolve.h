@@ -30,7 +30,7 @@ PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
  * node, place and concentration). */
 PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Largest loss rate [1/s] of any node as a fraction of what a node loses before it turns fluid. */
-PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, const pd_dissolve *dissolve);
+PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
 /* pd_transport_implicit of dt [s] together with the law at its end. Where a piece of metal would give more than it has,
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */

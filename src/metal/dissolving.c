@@ -120,6 +120,7 @@ static pd_status pdi_dissolving_changed(pd_ctx *ctx, void *self, const int32_t *
 static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolving *q = (pd_dissolving *)self;
+    q->dissolve->reached = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_dissolve_list, q->dissolve, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));

@@ -14,7 +14,9 @@ PDI_FN void pdi_interface_find(const pd_dissolve *dissolve, int32_t j, int k, pd
 /* What that bond gives to node i of the entry, per speed of the law [mol/m4]. */
 PDI_FN double pdi_interface_weight(const pd_dissolve *dissolve, int32_t j, int32_t i, int k, const pdi_entry *entry);
 /* The fluid beside metal, as nodes and contents are now. */
-PDI_FN void pdi_interface_land(pd_dissolve *dissolve);
+PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *dissolve);
+PDI_FN void pdi_interface_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *dissolve);
 /* Speed [m/s] that the law gives at a node, on its line. */
 PDI_FN double pdi_interface_line(const pd_dissolve *dissolve, const pdi_beside *beside);
 /* R of the film [mol s/m4]; HUGE_VAL: nothing passes it. */
@@ -27,11 +29,14 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int me
 PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
 /* The law beside a node. A drive by difference is part of it. */
 PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
-/* Rate [1/s] at which solid node j loses its span. */
-PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t j);
+/* Rate [1/s] at which exposed node f loses its span. */
+PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 /* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
  * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */
-PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t j);
+PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t f);
+/* 1: the rates were found with the speeds of now. pdi_interface_rated: they have just been found. */
+PDI_FN int pdi_interface_lasts(const pd_dissolve *dissolve);
+PDI_FN void pdi_interface_rated(pd_dissolve *dissolve);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
 #endif

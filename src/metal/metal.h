@@ -93,6 +93,11 @@ typedef struct pd_dissolve {
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
+    int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
+    int32_t reach_capacity, reach_rows;
+    int reached;              /* 1: they are those of now */
+    int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
     /* ---- bonds: */
     uint8_t *film;            /* [total] 1: fluid in front of a film that has formed; NULL: none forms */
@@ -122,6 +127,7 @@ typedef struct pdi_metal_beside {
     double stock;          /* [mol2/m7] sum of weight times the content of the metal */
     double used, used_stock; /* of pieces of metal that do not last the step: weight [mol/m4], that times content */
     double paid;           /* [mol/m4] and what they give, per speed */
+    double rated;          /* [m/s] `mean` when the rates were found */
 } pdi_metal_beside;
 
 /* A fluid node beside metal: what all metals there are together. */
@@ -140,6 +146,11 @@ typedef struct pdi_beside {
     double before;         /* [m/s] speed at the start of the step */
     pdi_law_point point;
 } pdi_beside;
+
+/* A bond of an exposed node, and the fluid node at its end. */
+typedef struct pdi_reach {
+    int32_t node, bond;
+} pdi_reach;
 
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
@@ -171,6 +182,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->bonds->stencil;
+    if (!d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
 }

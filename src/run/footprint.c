@@ -4,6 +4,7 @@
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
 #include "metal/dissolve.h"
+#include "metal/interface.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 #include "transport/advance.h"
@@ -280,7 +281,15 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
-    if (u->has_corrode) *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+    if (u->has_corrode) {
+        /* metal within a horizon of fluid, which takes a quarter of its bonds on average; lists have room to grow */
+        double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
+        d.reach_rows = (int32_t)layers;
+        d.reach_capacity = (int32_t)fmin(0.3125 * layers * b->bonds, INT32_MAX);
+        *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
+        *bytes += pdi_footprint_list(plan, pdi_interface_list, &d);
+        *bytes += pdi_footprint_list(plan, pdi_interface_row_list, &d);
+    }
     if (u->passive >= 0) *bytes += b->nodes;
     if (u->metals > 1) *bytes += b->nodes;
 }

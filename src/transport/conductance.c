@@ -106,11 +106,13 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
 
 PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
 {
-    pd_conductance *c = (pd_conductance *)object;
-    PDI_ARRAY(owner, c, bond, c->bonds ? (int64_t)c->bonds->stencil->count * c->capacity : 0, "1/s");
-    if (c->rests) PDI_ARRAY(owner, c, shut, c->capacity, "1/s");
-    PDI_ARRAY(owner, c, node, c->capacity, "1");
-    PDI_ARRAY(owner, c, from, c->capacity, "1");
+    pd_conductance *conductance = (pd_conductance *)object;
+    const pd_bonds *bonds = conductance->bonds;
+    int64_t rows = conductance->capacity;
+    PDI_ARRAY(owner, conductance, bond, bonds ? bonds->stencil->count * rows : 0, "1/s");
+    if (conductance->rests) PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    PDI_ARRAY(owner, conductance, node, rows, "1");
+    PDI_ARRAY(owner, conductance, from, rows, "1");
 }
 
 PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c)
