@@ -651,8 +651,8 @@ TEST(derivative_of_limited_fluxes)
     }
 }
 
-/* A channel is rinsed until nothing is left whose squares are numbers. No step fails on the way, and no field leaves the
- * bounds of the start by more than the tolerance of its solve. */
+/* A channel is rinsed until nothing is left whose squares are numbers. No step fails on the way, and no field leaves
+ * the bounds of the start by more than the tolerance of its solve. */
 TEST(washed_out)
 {
     for (int upwind = 0; upwind < 2; upwind++) {
@@ -749,4 +749,5 @@ TEST_MAIN(ENTRY(variance_of_a_drop) ENTRY(second_order_in_space) ENTRY(cosine_in
               OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, explicit_limit) ENTRY(maximum_principle_on_random_masks)
               ENTRY(balance_of_a_channel)
                   ENTRY(source_and_absorption) ENTRY(boundary_layer_bounded) ENTRY(front_bounded)
-                      ENTRY(derivative_of_limited_fluxes) ENTRY(washed_out) ENTRY(threads_change_no_bit) ENTRY(bad_input))
+                      ENTRY(derivative_of_limited_fluxes) ENTRY(washed_out) ENTRY(threads_change_no_bit)
+                          ENTRY(bad_input))

@@ -401,8 +401,8 @@ typedef struct pdi_flux_upwinded {
 } pdi_flux_upwinded;
 
 /* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
- * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares that
- * are no normal numbers tell nothing of how steps differ: such steps lean in full. */
+ * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
+ * that are no normal numbers tell nothing of how steps differ: such steps lean in full. */
 PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
