@@ -539,6 +539,87 @@ static pd_status build_all(scene *s)
     return pd_bonds_update(&s->ctx, changed, count, &s->bonds);
 }
 
+/* A plate that is thinner than a cell, and no multiple of one away from the nodes: bonds end on its surface, whichever
+ * way they go through it. */
+TEST(thin_plate_off_the_lattice)
+{
+    scene *s = &test_scene;
+    pd_ctx_init(&s->ctx);
+    for (int m = 1; m <= 3; m++) {
+        int cuts = 0;
+        if (!scene_init(s, m, 1.0, 11, 11, 11)) return;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->desc.side[2 * d] = s->desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+            s->shapes[0].a[d] = d ? 0.0 : 5.15;
+            s->shapes[0].b[d] = d ? 11.0 : 5.85;
+        }
+        s->shapes[0].type = PD_SHAPE_BOX;
+        s->desc.solid = &s->shapes[0];
+        if (!scene_build(s)) return;
+        for (int32_t r = 0; r < s->bonds.rows; r++) {
+            double x[PD_DIM], place[PD_DIM];
+            pd_grid_position(&s->grid, s->bonds.node[r], x);
+            for (int k = 0; k < s->stencil.count; k++) {
+                if (pdi_bond_open(&s->bonds, r, k)) continue;
+                double surface = x[0] < 5.5 ? 5.15 : 5.85;
+                CHECK_NEAR(pdi_bond_meet(&s->bonds, r, k, place), (surface - x[0]) / s->stencil.xi[k * PD_DIM], 1e-12);
+                CHECK_NEAR(place[0], surface, 1e-12);
+                cuts++;
+            }
+            CHECK_INT(s->bonds.smooth[r], 0);
+        }
+        CHECK(cuts > 0);
+        scene_free(s);
+    }
+}
+
+#if PD_DIM > 1
+/* A ball about a plane of symmetry of the lattice: bonds and their mirror images end at the same fraction, also those
+ * that pass through so little of it that they leave it where the search for the surface begins. */
+TEST(mirrored_bonds)
+{
+    scene *s = &test_scene;
+    int cuts = 0;
+    double off = 0.0;
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 3.0, 1e-5, 16, 12, 6)) return;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 8e-5 : d == 1 ? 6e-5 : 3e-5;
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 2.5e-5;
+    s->desc.solid = &s->shapes[0];
+    if (!scene_build(s)) return;
+    for (int32_t r = 0; r < s->bonds.rows; r++) {
+        int i[PD_DIM];
+        double place[PD_DIM], t, other;
+        pdi_grid_index(&s->grid, s->bonds.node[r], i);
+        i[1] = 11 - i[1];
+        int32_t q = s->bonds.row[pd_grid_node(&s->grid, i)];
+        for (int k = 0; k < s->stencil.count; k++) {
+            int far = 0;
+            const int *n = s->stencil.offset + k * PD_DIM;
+            for (int b = 0; b < s->stencil.count; b++) {
+                const int *o = s->stencil.offset + b * PD_DIM;
+                int same = o[1] == -n[1];
+                for (int d = 0; d < PD_DIM; d += 2) same = same && o[d] == n[d];
+                if (same) far = b;
+            }
+            CHECK_INT(pdi_bond_open(&s->bonds, r, k), pdi_bond_open(&s->bonds, q, far));
+            if (pdi_bond_open(&s->bonds, r, k)) continue;
+            t = pdi_bond_meet(&s->bonds, r, k, place);
+            other = pdi_bond_meet(&s->bonds, q, far, place);
+            off = fmax(off, fabs(t - other));
+            cuts++;
+        }
+    }
+    CHECK(cuts > 100);
+    CHECK_LE(off, 1e-9);
+    scene_free(s);
+}
+#define OF_MIRRORS ENTRY(mirrored_bonds)
+#else
+#define OF_MIRRORS
+#endif
+
 /* ---- geometry behind sides ---- */
 
 /* A box from lo to hi along the last axis, from `from` to 9 - from along all others. */
@@ -687,4 +768,5 @@ TEST(memory_faults)
 
 TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
           ENTRY(flat_wall_coefficients)
-              ENTRY(cut_points_on_round_surfaces) ENTRY(cut_boxes) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))
+              ENTRY(cut_points_on_round_surfaces) ENTRY(thin_plate_off_the_lattice) OF_MIRRORS
+                  ENTRY(cut_boxes) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))

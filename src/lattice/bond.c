@@ -133,6 +133,19 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     cut->bend = second / (step * step) - mean * reach * reach;
 }
 
+/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell behind.
+ * Returns that fraction, or 0, and the distance. */
+static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face, double cell,
+                             double *inside)
+{
+    for (int half = 0; half < 2; half++) {
+        double t = face + 0.5 * half / cell;
+        *inside = pdi_bond_distance(grid, shape, x, xi, t);
+        if (*inside < -PDI_BOND_TOUCH * grid->h[0]) return t;
+    }
+    return 0.0;
+}
+
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
  * the closed cell, behind it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block
  * the line between two fluid nodes. Regula falsi with the Illinois rule. */
@@ -147,6 +160,11 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
         double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
         hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
+        if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
+        double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
+        if (!(t > 0.0)) continue;
+        hi = t;
+        fhi = within;
     }
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
