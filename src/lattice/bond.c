@@ -135,8 +135,8 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
 
 /* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell behind.
  * Returns that fraction, or 0, and the distance. */
-static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face, double cell,
-                             double *inside)
+static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face,
+                             double cell, double *inside)
 {
     for (int half = 0; half < 2; half++) {
         double t = face + 0.5 * half / cell;
