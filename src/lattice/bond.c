@@ -133,7 +133,7 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     cut->bend = second / (step * step) - mean * reach * reach;
 }
 
-/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell behind.
+/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell on.
  * Returns that fraction, or 0, and the distance. */
 static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face,
                              double cell, double *inside)
