@@ -11,7 +11,7 @@ typedef struct scene {
     pd_ctx ctx;
     pd_stencil stencil;
     pd_grid_desc desc;
-    pd_shape shapes[3];
+    pd_shape shapes[7];
     uint8_t mask[CELLS_MAX];
     int n[PD_DIM], cells;
     pd_grid grid;
@@ -544,6 +544,197 @@ static pd_status build_all(scene *s)
     return pd_bonds_update(&s->ctx, changed, count, &s->bonds);
 }
 
+/* A plate that is thinner than a cell, and no multiple of one away from the nodes: bonds end on its surface, whichever
+ * way they go through it. */
+TEST(thin_plate_off_the_lattice)
+{
+    scene *s = &test_scene;
+    pd_ctx_init(&s->ctx);
+    for (int m = 1; m <= 3; m++) {
+        int cuts = 0;
+        if (!scene_init(s, m, 1.0, 11, 11, 11)) return;
+        for (int d = 0; d < PD_DIM; d++) {
+            s->desc.side[2 * d] = s->desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
+            s->shapes[0].a[d] = d ? 0.0 : 5.15;
+            s->shapes[0].b[d] = d ? 11.0 : 5.85;
+        }
+        s->shapes[0].type = PD_SHAPE_BOX;
+        s->desc.solid = &s->shapes[0];
+        if (!scene_build(s)) return;
+        for (int32_t r = 0; r < s->bonds.rows; r++) {
+            double x[PD_DIM], place[PD_DIM];
+            pd_grid_position(&s->grid, s->bonds.node[r], x);
+            for (int k = 0; k < s->stencil.count; k++) {
+                if (pdi_bond_open(&s->bonds, r, k)) continue;
+                double surface = x[0] < 5.5 ? 5.15 : 5.85;
+                CHECK_NEAR(pdi_bond_meet(&s->bonds, r, k, place), (surface - x[0]) / s->stencil.xi[k * PD_DIM], 1e-12);
+                CHECK_NEAR(place[0], surface, 1e-12);
+                cuts++;
+            }
+            CHECK_INT(s->bonds.smooth[r], 0);
+        }
+        CHECK(cuts > 0);
+        scene_free(s);
+    }
+}
+
+#if PD_DIM > 1
+/* A ball about a plane of symmetry of the lattice: bonds and their mirror images end at the same fraction, also those
+ * that pass through so little of it that they leave it where the search for the surface begins. */
+TEST(mirrored_bonds)
+{
+    scene *s = &test_scene;
+    int cuts = 0;
+    double off = 0.0;
+    pd_ctx_init(&s->ctx);
+    if (!scene_init(s, 3.0, 1e-5, 16, 12, 6)) return;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 8e-5 : d == 1 ? 6e-5 : 3e-5;
+    s->shapes[0].type = PD_SHAPE_BALL;
+    s->shapes[0].r = 2.5e-5;
+    s->desc.solid = &s->shapes[0];
+    if (!scene_build(s)) return;
+    for (int32_t r = 0; r < s->bonds.rows; r++) {
+        int i[PD_DIM];
+        double place[PD_DIM], t, other;
+        pdi_grid_index(&s->grid, s->bonds.node[r], i);
+        i[1] = 11 - i[1];
+        int32_t q = s->bonds.row[pd_grid_node(&s->grid, i)];
+        for (int k = 0; k < s->stencil.count; k++) {
+            int far = 0;
+            const int *n = s->stencil.offset + k * PD_DIM;
+            for (int b = 0; b < s->stencil.count; b++) {
+                const int *o = s->stencil.offset + b * PD_DIM;
+                int same = o[1] == -n[1];
+                for (int d = 0; d < PD_DIM; d += 2) same = same && o[d] == n[d];
+                if (same) far = b;
+            }
+            CHECK_INT(pdi_bond_open(&s->bonds, r, k), pdi_bond_open(&s->bonds, q, far));
+            if (pdi_bond_open(&s->bonds, r, k)) continue;
+            t = pdi_bond_meet(&s->bonds, r, k, place);
+            other = pdi_bond_meet(&s->bonds, q, far, place);
+            off = fmax(off, fabs(t - other));
+            cuts++;
+        }
+    }
+    CHECK(cuts > 100);
+    CHECK_LE(off, 1e-9);
+    scene_free(s);
+}
+#define OF_MIRRORS ENTRY(mirrored_bonds)
+#else
+#define OF_MIRRORS
+#endif
+
+/* ---- geometry behind sides ---- */
+
+/* A box from lo to hi along the last axis, from `from` to 9 - from along all others. */
+static void slab(pd_shape *shape, double from, double lo, double hi)
+{
+    shape->type = PD_SHAPE_BOX;
+    for (int d = 0; d < PD_DIM; d++) {
+        shape->a[d] = d == PD_DIM - 1 ? lo : from;
+        shape->b[d] = d == PD_DIM - 1 ? hi : 9.0 - from;
+    }
+}
+
+static void operation(scene *s, int at, pd_shape_type type, int first, int second)
+{
+    s->shapes[at].type = type;
+    s->shapes[at].child[0] = first;
+    s->shapes[at].child[1] = second;
+    s->shapes[at].children = 2;
+    s->desc.solid = &s->shapes[at];
+}
+
+/* Metal about the middle of the last axis: 0 a box, 1 a box with a pit in it, 2 a ball, 3 a box above the middle alone.
+ * cut 0: in a box from -6 to 6; 1: the half of it above a mirror; 2: from 0 to 12 in a periodic box. */
+static void middle(scene *s, int metal, int cut)
+{
+    int a = PD_DIM - 1;
+    double low[3] = {-2.0, -3.0, -2.0}, high[3] = {2.0, 3.0, 2.0};
+    if (cut == 1) low[0] = low[1] = low[2] = 0.0;
+    s->desc.lo[a] = cut ? 0.0 : -6.0;
+    s->desc.hi[a] = cut == 2 ? 12.0 : 6.0;
+    s->desc.side[2 * a] = s->desc.side[2 * a + 1] = PD_SIDE_PERIODIC;
+    if (cut == 1) s->desc.side[2 * a] = s->desc.side[2 * a + 1] = PD_SIDE_MIRROR;
+    if (metal == 3) low[0] = 0.0;
+    if (metal == 2) {
+        s->shapes[0].type = PD_SHAPE_BALL;
+        for (int d = 0; d < a; d++) s->shapes[0].a[d] = 4.3;
+        s->shapes[0].r = 2.6;
+        s->desc.solid = &s->shapes[0];
+        s->shapes[1].type = PD_SHAPE_HALF_SPACE;
+        s->shapes[1].b[a] = -1.0;
+        s->shapes[2] = s->shapes[0];
+        s->shapes[2].a[a] = 12.0;
+        if (cut == 1) operation(s, 3, PD_SHAPE_INTERSECT, 0, 1);
+        if (cut == 2) operation(s, 3, PD_SHAPE_UNION, 0, 2);
+        return;
+    }
+    int pit = metal == 1;
+    slab(&s->shapes[0], 2.0, low[pit], cut == 2 ? fmax(high[pit], 0.0) : high[pit]);
+    if (cut == 2) s->shapes[0].a[a] = 0.0;
+    s->desc.solid = &s->shapes[0];
+    if (pit) {
+        slab(&s->shapes[1], 3.0, cut ? 0.0 : low[2], high[2]);
+        s->shapes[1].b[0] = 9.0; /* open to one side */
+        operation(s, 2, PD_SHAPE_DIFFERENCE, 0, 1);
+    }
+    if (cut < 2 || metal == 3) return;
+    int first = pit ? 2 : 0;
+    slab(&s->shapes[3], 2.0, 12.0 - high[pit], 12.0);
+    if (pit) {
+        slab(&s->shapes[4], 3.0, 12.0 - high[2], 12.0);
+        s->shapes[4].b[0] = 9.0;
+        operation(s, 5, PD_SHAPE_DIFFERENCE, 3, 4);
+    }
+    operation(s, 6, PD_SHAPE_UNION, first, pit ? 5 : 3);
+}
+
+/* What rows know of the surface is the same wherever the box is cut: metal that ends on a mirror has no surface there,
+ * nor where it goes on behind a periodic side. */
+TEST(cut_boxes)
+{
+    static scene cut_scene;
+    scene *s = &test_scene, *c = &cut_scene;
+    int a = PD_DIM - 1, whole[3] = {9, 9, 9};
+    whole[a] = 12;
+    for (int metal = 0; metal < 4; metal++)
+        for (int cut = 1; cut <= 2; cut++) {
+            int part[3] = {9, 9, 9}, rows = 0, other = 0;
+            double off = 0.0;
+            if ((metal == 3 && cut == 1) || (metal == 1 && PD_DIM == 1)) continue;
+            part[a] = cut == 1 ? 6 : 12;
+            if (!scene_init(s, 3.0, 1.0, whole[0], whole[1], whole[2])) return;
+            middle(s, metal, 0);
+            if (!scene_build(s) || !scene_init(c, 3.0, 1.0, part[0], part[1], part[2])) return;
+            middle(c, metal, cut);
+            if (!scene_build(c)) return;
+            for (int32_t i = 0; i < c->grid.total; i++) {
+                int at[PD_DIM];
+                pdi_grid_index(&c->grid, i, at);
+                if (!pdi_grid_inside(&c->grid, at)) continue;
+                at[a] = (at[a] + 6) % 12;
+                int32_t j = pd_grid_node(&s->grid, at), r = c->bonds.row[i], q = s->bonds.row[j];
+                CHECK_INT(c->grid.kind[i], s->grid.kind[j]);
+                CHECK_INT(r < 0, q < 0);
+                if (r < 0 || q < 0) continue;
+                rows++;
+                other += c->bonds.smooth[r] != s->bonds.smooth[q];
+                for (int w = 0; w < c->bonds.words; w++)
+                    other += c->bonds.mask[(int64_t)w * c->bonds.capacity + r] !=
+                             s->bonds.mask[(int64_t)w * s->bonds.capacity + q];
+                off = fmax(off, fabs(c->bonds.wall_lap[r] / s->bonds.wall_lap[q] - 1.0));
+                off = fmax(off, fabs(c->bonds.wall_curv[r] - s->bonds.wall_curv[q]));
+            }
+            CHECK(rows > 0);
+            CHECK_INT(other, 0);
+            CHECK_LE(off, metal == 2 ? 1e-7 : 1e-13); /* round ones by differences */
+            scene_free(c);
+            scene_free(s);
+        }
+}
+
 TEST(memory_faults)
 {
     scene *s = &test_scene;
@@ -582,4 +773,5 @@ TEST(memory_faults)
 
 TEST_MAIN(ENTRY(random_masks) OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, update_equals_fresh) ENTRY(validate_notices)
           ENTRY(flat_wall_coefficients)
-              ENTRY(cut_points_on_round_surfaces) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))
+              ENTRY(cut_points_on_round_surfaces) ENTRY(thin_plate_off_the_lattice) OF_MIRRORS
+                  ENTRY(cut_boxes) SLOW_ENTRY_IF(PD_DIM == 3, memory_faults))

@@ -1,10 +1,13 @@
 /* Checkpoints: runs that are stopped and go on have the files of a run that was not, byte for byte; damaged files,
  * those of another scene, dimension or version are refused; a checkpoint that cannot be written leaves the former one.
+ * Who watches a run does not change it.
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "checkpoint_scene.h"
 #include "io/store.h"
 #include "checkpoint_model.h"
+#include "run/monitor.h"
+#include "run/observe.h"
 #include "io/zlib.h"
 #include <signal.h>
 #include <sys/resource.h>
@@ -198,6 +201,72 @@ TEST(models_go_on)
     leave(&ctx, &u);
 }
 
+/* ---- who looks on ---- */
+
+typedef struct watcher {
+    pd_ctx *ctx;
+    pd_model *model;
+    pd_monitors monitors;
+    pd_observables observables;
+} watcher;
+
+static int watch(void *user, const pd_couple *couple)
+{
+    watcher *w = (watcher *)user;
+    pdi_observe(w->ctx, w->model, &w->observables);
+    CHECK_OK(w->ctx, pdi_monitors_step(w->ctx, &w->monitors));
+    return couple->time < 0.0;
+}
+
+/* Values of the fluid and the metal that differ in their bits; ghosts are whoever filled them last. */
+static int differ(const pd_grid *grid, int components, const double *a, const double *b)
+{
+    int count = 0;
+    for (int32_t i = 0; i < grid->total && a; i++)
+        for (int d = 0; d < components && (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID); d++)
+            count += memcmp(&a[(int64_t)d * grid->total + i], &b[(int64_t)d * grid->total + i], sizeof *a) != 0;
+    return count;
+}
+
+/* All that watches a run, from before its first step on, changes no bit of it. */
+static void observed(int k)
+{
+    pd_ctx ctx;
+    pd_setup u;
+    pd_model a, b;
+    watcher w;
+    memset(&w, 0, sizeof w);
+    w.ctx = &ctx;
+    w.model = &b;
+    if (!grow(&ctx, &u, &a, kinds[k].text) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
+    int before = test_now.failures;
+    if (CHECK_OK(&ctx, pdi_monitors_build(&ctx, &b, &w.monitors)) &&
+        CHECK_OK(&ctx, pdi_observe_build(&ctx, &b, &w.observables))) {
+        CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
+        CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, u.until, u.every, watch, &w));
+        CHECK(a.couple.steps > 2);
+        CHECK_INT(b.couple.steps, a.couple.steps);
+        CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
+        CHECK_INT(differ(&a.grid, 1, a.transport.c, b.transport.c), 0);
+        CHECK_INT(differ(&a.grid, PD_DIM, a.flow.u, b.flow.u), 0);
+        CHECK_INT(differ(&a.grid, 1, a.flow.p, b.flow.p), 0);
+        CHECK_INT(memcmp(&a.couple.ledger, &b.couple.ledger, sizeof a.couple.ledger), 0);
+    }
+    if (test_now.failures > before) NOTE("of %s", kinds[k].name);
+    pdi_observe_free(&ctx, &w.observables);
+    pdi_monitors_free(&ctx, &w.monitors);
+    pdi_model_free(&ctx, &a);
+    pdi_model_free(&ctx, &b);
+    leave(&ctx, &u);
+}
+
+TEST(observed_and_not) { observed(0); }
+
+TEST(observed_of_all_kinds)
+{
+    for (int k = 1; k < KINDS; k++) observed(k);
+}
+
 /* ---- files that are refused ---- */
 
 static pd_status refusal(pd_ctx *ctx, const char *bytes, size_t size)
@@ -387,4 +456,5 @@ TEST(no_room)
 
 TEST_MAIN(SLOW_ENTRY(stopped_and_not) SLOW_ENTRY_IF(PD_DIM == 3, behind_the_checkpoint)
           ENTRY(life_of_a_checkpoint) SLOW_ENTRY_IF(PD_DIM == 3, models_go_on)
+          SLOW_ENTRY_IF(PD_DIM == 3, observed_and_not) SLOW_ENTRY(observed_of_all_kinds)
           ENTRY(damage) ENTRY(other_files) ENTRY(other_scenes) ENTRY(other_settings) ENTRY(no_room))

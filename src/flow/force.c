@@ -19,15 +19,6 @@ typedef struct pdi_force_query {
     pdi_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
-/* Signed distance of a point from a shape, whose image goes on behind the sides. */
-static double pdi_force_distance(const pd_grid *grid, int shape, const double *x)
-{
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    return pd_shape_distance(grid->shapes, shape, at);
-}
-
 /* 1 when the closed cell at the end of a bond belongs to the shape that is asked for. */
 static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
 {
@@ -35,7 +26,7 @@ static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
     if (q->shape == PD_FORCE_ALL) return 1;
     if (end->side || q->shape == PD_FORCE_SIDES) return end->side && q->shape == PD_FORCE_SIDES;
     pd_grid_position(q->flow->grid, end->cell, x);
-    return pdi_force_distance(q->flow->grid, q->shape, x) <= 0.0;
+    return pdi_grid_level(q->flow->grid, q->shape, x) <= 0.0;
 }
 
 /* The same, and it meets the surface between lo and hi. Behind a periodic side the surface goes on. */
@@ -226,7 +217,7 @@ static double pdi_force_outside(const pd_grid *grid, int shape, const double *x)
     }
     while (more) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + ((i[d] + 0.5) / PDI_FORCE_PIECES - 0.5) * grid->h[d];
-        sum += fmin(fmax(0.5 + pdi_force_distance(grid, shape, at) / size, 0.0), 1.0);
+        sum += fmin(fmax(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
         more = 0;
         for (int d = 0; d < PD_DIM && !more; d++) {
             more = i[d] + 1 < PDI_FORCE_PIECES;
@@ -247,7 +238,7 @@ static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
     if (shape < 0 || grid->circumference || !pdi_shape_exact(grid->shapes, shape)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
     pd_grid_position(grid, node, x);
-    double distance = pdi_force_distance(grid, shape, x);
+    double distance = pdi_grid_level(grid, shape, x);
     if (fabs(distance) > reach || fluid != (distance > 0.0)) return 0.0;
     return pdi_force_outside(grid, shape, x) - (double)fluid;
 }

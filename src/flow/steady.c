@@ -181,6 +181,21 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
 }
 
+/* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them
+ * last. s->step is work. */
+static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
+{
+    const pd_flow *flow = s->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int64_t total = flow->grid->total, held = flow->held ? (int64_t)PD_DIM * flow->inlets : 0;
+    int nt = pdi_par_threads(ctx, PD_DIM * total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < total; i++)
+        for (int d = 0; d < PD_DIM; d++) s->step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
+    return fmax(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
+}
+
 /* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
  * they carry momentum into continuity with at most 1/U and sqrt(mobility/nu)/2, and continuity into momentum with
  * nu/h + X/mobility (eq. 4.9c). */
@@ -188,7 +203,7 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
-    double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
+    double speed = pdi_steady_fastest(ctx, s), far = 0.0, near = HUGE_VAL;
     pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {

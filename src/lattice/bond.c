@@ -74,22 +74,12 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance of a point, positive in the fluid. Behind sides that are not walls the geometry repeats, as the kinds
- * of the ghosts do. */
-static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
-{
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    return pd_shape_distance(grid->shapes, shape, at);
-}
-
-/* The same at fraction t of the bond. */
+/* Signed distance at fraction t of the bond, positive in the fluid. */
 static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
-    return pdi_bond_level(grid, shape, at);
+    return pdi_grid_level(grid, shape, at);
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
@@ -102,7 +92,7 @@ static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int 
         int32_t at = node + bonds->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_bond_level(grid, shape, x) <= 0.0) return 1;
+        if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
     }
     return 0;
 }
@@ -112,13 +102,13 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
 {
     double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
     for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
-    double centre = pdi_bond_level(grid, shape, p), length = pdi_vec_norm(xi);
+    double centre = pdi_grid_level(grid, shape, p), length = pdi_vec_norm(xi);
     for (int d = 0; d < PD_DIM; d++) {
         double at = p[d];
         p[d] = at + eps;
-        double up = pdi_bond_level(grid, shape, p);
+        double up = pdi_grid_level(grid, shape, p);
         p[d] = at - eps;
-        double down = pdi_bond_level(grid, shape, p), second = (up - centre) - (centre - down);
+        double down = pdi_grid_level(grid, shape, p), second = (up - centre) - (centre - down);
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
@@ -135,12 +125,25 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = fmax(pdi_bond_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    double distance = fmax(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
     if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
     cut->mean = mean;
     cut->bend = second / (step * step) - mean * reach * reach;
+}
+
+/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell on.
+ * Returns that fraction, or 0, and the distance. */
+static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face,
+                             double cell, double *inside)
+{
+    for (int half = 0; half < 2; half++) {
+        double t = face + 0.5 * half / cell;
+        *inside = pdi_bond_distance(grid, shape, x, xi, t);
+        if (*inside < -PDI_BOND_TOUCH * grid->h[0]) return t;
+    }
+    return 0.0;
 }
 
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
@@ -157,6 +160,11 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
         double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
         hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
+        if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
+        double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
+        if (!(t > 0.0)) continue;
+        hi = t;
+        fhi = within;
     }
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
@@ -309,7 +317,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
 {
     int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
-    return shape < 0 ? (double)NAN : pdi_bond_level(bonds->grid, shape, x);
+    return shape < 0 ? (double)NAN : pdi_grid_level(bonds->grid, shape, x);
 }
 
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
@@ -325,7 +333,7 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (cut.t > 1.0 + 1e-9) return -1;
     if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
-    return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+    return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,

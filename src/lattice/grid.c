@@ -144,7 +144,55 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
         pd_side side = grid->side[2 * d + up];
         if (side == PD_SIDE_PERIODIC) x[d] += up ? -length : length;
         else if (side != PD_SIDE_WALL) x[d] = 2.0 * edge - x[d];
+        if ((x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) || grid->side[2 * d] == PD_SIDE_WALL ||
+            grid->side[2 * d + 1] == PD_SIDE_WALL)
+            continue;
+        /* farther than a box away: mirror images have twice its period */
+        double period = side == PD_SIDE_PERIODIC ? length : 2.0 * length, place = x[d] - grid->lo[d];
+        place -= period * floor(place / period);
+        x[d] = grid->lo[d] + (place > length ? period - place : place);
     }
+}
+
+/* The distance with what the shape is behind the periodic sides of axis d and later ones among those of the frame: the
+ * part of the next box, on the other side of the plane. */
+static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
+{
+    if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
+    double level = pdi_grid_periodic(grid, shape, frame, d + 1, x), at[PD_DIM], length = grid->hi[d] - grid->lo[d];
+    for (int up = 0; up < 2 && grid->side[2 * d] == PD_SIDE_PERIODIC; up++) {
+        pdi_shape_frame next = *frame, alone = *frame;
+        if (!(frame->sides >> (2 * d + up) & 1)) continue;
+        memcpy(at, x, sizeof at);
+        at[d] += up ? -length : length;
+        next.sides ^= 3 << 2 * d;
+        alone.sides &= ~(3 << 2 * d);
+        double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
+        double other = pdi_grid_periodic(grid, shape, &next, d + 1, at);
+        double ends = level > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, at) : 0.0;
+        if (level > 0.0) level = fmin(level, fmax(plane, fmax(other, ends)));
+        else level = fmax(level, -fmax(plane, -other));
+    }
+    return level;
+}
+
+PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
+{
+    double at[PD_DIM], slack = PDI_GRID_SLACK * grid->h[0];
+    pdi_shape_frame frame;
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    double level = pd_shape_distance(grid->shapes, shape, at);
+    frame.lo = grid->lo;
+    frame.hi = grid->hi;
+    frame.slack = slack;
+    frame.sides = 0;
+    /* what is farther than the surface cannot change it */
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        double plane = s % 2 ? grid->hi[s / 2] - at[s / 2] : at[s / 2] - grid->lo[s / 2];
+        if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(level) + slack) frame.sides |= 1 << s;
+    }
+    return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
 }
 
 /* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and

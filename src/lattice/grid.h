@@ -107,6 +107,10 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold, too.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* Signed distance [m] of place x [m] from the surface of a shape of the grid, which goes on behind all sides but walls:
+ * where it meets such a side there is no surface, unless it ends there on a periodic one. Exact near the surface; a
+ * bound of the right sign elsewhere. */
+PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
 /* Through periodic and mirror sides only. */
 PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */

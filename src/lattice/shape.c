@@ -22,6 +22,25 @@ static double pdi_shape_box(const double *lo, const double *hi, const double *x)
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
 
+/* The lower or upper face of a shape along axis d at x_d = `face`: 1 when the shape goes on behind it. */
+static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double face)
+{
+    if (!(f->sides >> (2 * d + upper) & 1)) return 0;
+    return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
+}
+
+/* Faces where it goes on move away by the distance between the planes. */
+static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+{
+    double lo[PD_DIM], hi[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double far = f->hi[d] - f->lo[d];
+        lo[d] = pdi_shape_goes_on(f, d, 0, s->a[d]) ? f->lo[d] - far : s->a[d];
+        hi[d] = pdi_shape_goes_on(f, d, 1, s->b[d]) ? f->hi[d] + far : s->b[d];
+    }
+    return pdi_shape_box(lo, hi, x);
+}
+
 static double pdi_shape_cylinder(const pd_shape *s, const double *x)
 {
     double radial[PD_DIM];
@@ -34,6 +53,25 @@ static double pdi_shape_half_space(const pd_shape *s, const double *x)
     double from[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
     return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
+}
+
+/* A face along the lattice on a plane, or behind it, moves away likewise: all that lies between the planes is on one
+ * side of it. */
+static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+{
+    int axis = -1, axes = 0;
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] = x[d];
+        if (!(fabs(s->b[d]) > 0.0)) continue;
+        axis = d;
+        axes++;
+    }
+    if (axes != 1) return pdi_shape_half_space(s, x);
+    double far = f->hi[axis] - f->lo[axis];
+    if (pdi_shape_goes_on(f, axis, 0, s->a[axis])) at[axis] += far;
+    else if (pdi_shape_goes_on(f, axis, 1, s->a[axis])) at[axis] -= far;
+    return pdi_shape_half_space(s, at);
 }
 
 /* Cells beyond the mask are empty. */
@@ -80,25 +118,26 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     return value ? -nearest : pdi_shape_most(nearest, box);
 }
 
-double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
+/* frame NULL: no plane. */
+static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
 {
     const pd_shape *s = &shapes[index];
     double from[PD_DIM], distance;
     switch (s->type) {
-    case PD_SHAPE_BOX: return pdi_shape_box(s->a, s->b, x);
+    case PD_SHAPE_BOX: return frame ? pdi_shape_box_framed(s, frame, x) : pdi_shape_box(s->a, s->b, x);
     case PD_SHAPE_BALL:
         for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
         return pdi_vec_norm(from) - s->r;
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
-    case PD_SHAPE_HALF_SPACE: return pdi_shape_half_space(s, x);
+    case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
-    case PD_SHAPE_COMPLEMENT: return -pd_shape_distance(shapes, s->child[0], x);
+    case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
     case PD_SHAPE_DIFFERENCE:
-        distance = pd_shape_distance(shapes, s->child[0], x);
+        distance = pdi_shape_level(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->children; c++) {
-            double other = pd_shape_distance(shapes, s->child[c], x);
+            double other = pdi_shape_level(shapes, s->child[c], frame, x);
             if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
             else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
@@ -106,6 +145,16 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     case PD_SHAPE_NONE: break;
     }
     return HUGE_VAL;
+}
+
+double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
+{
+    return pdi_shape_level(shapes, index, NULL, x);
+}
+
+PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
+{
+    return pdi_shape_level(shapes, index, frame, x);
 }
 
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)

@@ -46,6 +46,15 @@ PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int coun
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* Planes that a shape goes on behind: x_d = lo[d] (bit 2 d of `sides`) and x_d = hi[d] (bit 2 d + 1). */
+typedef struct pdi_shape_frame {
+    const double *lo, *hi; /* [m] */
+    double slack;          /* [m] what is nearer than that to a plane lies on it */
+    int sides;
+} pdi_shape_frame;
+/* The same between the planes, where faces of boxes and half-spaces on these planes or behind them are no surface: it
+ * is at least the distance between two planes from them. */
+PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
 #endif

@@ -23,10 +23,7 @@ typedef struct pdi_surface {
 
 static double pdi_surface_level(const pdi_surface *r, int shape, const double *x)
 {
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(r->bonds->grid, at);
-    return pd_shape_distance(r->bonds->grid->shapes, shape, at);
+    return pdi_grid_level(r->bonds->grid, shape, x);
 }
 
 /* First closed cell on the way; the side of the box that is a wall counts as one. */

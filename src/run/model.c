@@ -150,8 +150,8 @@ static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field
 /* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
 static double pdi_model_interface(void *user, const double *x)
 {
-    const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pd_shape_distance(u->shape, u->medium, x);
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    return pdi_grid_level(inlet->grid, inlet->setup->medium, x);
 }
 
 static double pdi_model_diffusivity(void *user, const double *x)

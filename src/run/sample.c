@@ -142,11 +142,8 @@ typedef struct pdi_sample_job {
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
 {
-    double at[PD_DIM];
     if (m->setup->medium < 0) return 0.0;
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(&m->grid, at);
-    double level = pd_shape_distance(m->setup->shape, m->setup->medium, at);
+    double level = pdi_grid_level(&m->grid, m->setup->medium, x);
     return fabs(level) > PDI_SAMPLE_NEAR * m->grid.h[0] ? level : 0.0;
 }
 

@@ -563,6 +563,8 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
     return PD_OK;
 }
 
+PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
+
 static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -570,8 +572,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
-    /* squares below the least normal number over its rounding have no digits */
-    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), sqrt(DBL_MIN / DBL_EPSILON));
+    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);

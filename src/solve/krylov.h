@@ -67,6 +67,9 @@ typedef struct pd_krylov_result {
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+/* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
+ * residual below it counts as zero. */
+PDI_FN double pdi_krylov_least(void);
 /* Give back what has grown. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.

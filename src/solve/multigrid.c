@@ -152,12 +152,12 @@ static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const 
                     (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
-/* Power of two that brings `largest` near 1; 1 for zero, NaN and infinity. */
+/* Power of two that brings `largest` near 1, or as near as its own range goes; 1 for zero, NaN and infinity. */
 static double pdi_multigrid_scale(double largest)
 {
     int exponent = 0;
     if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
-    return ldexp(1.0, -exponent);
+    return ldexp(1.0, exponent > -DBL_MAX_EXP ? -exponent : DBL_MAX_EXP - 1);
 }
 
 /* Coefficients of the faces of axis d. */

@@ -10,6 +10,7 @@
 #include "core/vec.h"
 #include "core/par.h"
 #include "lattice/traverse.h"
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -327,15 +328,16 @@ typedef struct pdi_flux_upwinded {
 } pdi_flux_upwinded;
 
 /* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
- * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. */
+ * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
+ * that are no normal numbers tell nothing of how steps differ: such steps lean in full. */
 PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
     double off = of->x - of->step, square = of->step * of->step, sum = square + 0.25 * off * off;
     double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    if (!by) return of->alpha * most * (of->step + lean * (sum > 0.0 ? square / sum : 1.0) * off);
-    double off_by = by->x - by->step, over = sum > 0.0 ? 1.0 / sum : 0.0;
-    double weight = sum > 0.0 ? square * over : 1.0, rest = 1.0 - weight;
+    if (!by) return of->alpha * most * (of->step + lean * (sum >= DBL_MIN ? square / sum : 1.0) * off);
+    double off_by = by->x - by->step, over = sum >= DBL_MIN ? 1.0 / sum : 0.0;
+    double weight = sum >= DBL_MIN ? square * over : 1.0, rest = 1.0 - weight;
     double mixed = of->step + lean * weight * off;
     double mixed_by =
         by->step + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * of->step * over * by->step);
