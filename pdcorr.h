@@ -722,6 +722,15 @@ PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int coun
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* Planes that a shape goes on behind: x_d = lo[d] (bit 2 d of `sides`) and x_d = hi[d] (bit 2 d + 1). */
+typedef struct pdi_shape_frame {
+    const double *lo, *hi; /* [m] */
+    double slack;          /* [m] what is nearer than that to a plane lies on it */
+    int sides;
+} pdi_shape_frame;
+/* The same between the planes, where faces of boxes and half-spaces on these planes or behind them are no surface: it
+ * is at least the distance between two planes from them. */
+PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
 /* 1 when the zero level of the shape is a smooth description of the surface (no voxel mask below it). */
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
 #endif
@@ -933,6 +942,10 @@ PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
 /* The same for a position [m]; behind inlets and outlets the geometry is the mirror image too, so those fold, too.
  * Walls do not. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
+/* Signed distance [m] of place x [m] from the surface of a shape of the grid, which goes on behind all sides but walls:
+ * where it meets such a side there is no surface, unless it ends there on a periodic one. Exact near the surface; a
+ * bound of the right sign elsewhere. */
+PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
 /* Through periodic and mirror sides only. */
 PDI_FN void pdi_grid_fold_images(const pd_grid *grid, double *x);
 /* 1 for sides that fluid passes. */
@@ -1698,6 +1711,9 @@ typedef struct pd_krylov_result {
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+/* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
+ * residual below it counts as zero. */
+PDI_FN double pdi_krylov_least(void);
 /* Give back what has grown. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
@@ -7396,6 +7412,25 @@ static double pdi_shape_box(const double *lo, const double *hi, const double *x)
     return inside > 0.0 ? pdi_vec_norm(outside) : inside;
 }
 
+/* The lower or upper face of a shape along axis d at x_d = `face`: 1 when the shape goes on behind it. */
+static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double face)
+{
+    if (!(f->sides >> (2 * d + upper) & 1)) return 0;
+    return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
+}
+
+/* Faces where it goes on move away by the distance between the planes. */
+static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+{
+    double lo[PD_DIM], hi[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double far = f->hi[d] - f->lo[d];
+        lo[d] = pdi_shape_goes_on(f, d, 0, s->a[d]) ? f->lo[d] - far : s->a[d];
+        hi[d] = pdi_shape_goes_on(f, d, 1, s->b[d]) ? f->hi[d] + far : s->b[d];
+    }
+    return pdi_shape_box(lo, hi, x);
+}
+
 static double pdi_shape_cylinder(const pd_shape *s, const double *x)
 {
     double radial[PD_DIM];
@@ -7408,6 +7443,25 @@ static double pdi_shape_half_space(const pd_shape *s, const double *x)
     double from[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
     return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
+}
+
+/* A face along the lattice on a plane, or behind it, moves away likewise: all that lies between the planes is on one
+ * side of it. */
+static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+{
+    int axis = -1, axes = 0;
+    double at[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        at[d] = x[d];
+        if (!(fabs(s->b[d]) > 0.0)) continue;
+        axis = d;
+        axes++;
+    }
+    if (axes != 1) return pdi_shape_half_space(s, x);
+    double far = f->hi[axis] - f->lo[axis];
+    if (pdi_shape_goes_on(f, axis, 0, s->a[axis])) at[axis] += far;
+    else if (pdi_shape_goes_on(f, axis, 1, s->a[axis])) at[axis] -= far;
+    return pdi_shape_half_space(s, at);
 }
 
 /* Cells beyond the mask are empty. */
@@ -7454,25 +7508,26 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
     return value ? -nearest : pdi_shape_most(nearest, box);
 }
 
-double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
+/* frame NULL: no plane. */
+static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
 {
     const pd_shape *s = &shapes[index];
     double from[PD_DIM], distance;
     switch (s->type) {
-    case PD_SHAPE_BOX: return pdi_shape_box(s->a, s->b, x);
+    case PD_SHAPE_BOX: return frame ? pdi_shape_box_framed(s, frame, x) : pdi_shape_box(s->a, s->b, x);
     case PD_SHAPE_BALL:
         for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - s->a[d];
         return pdi_vec_norm(from) - s->r;
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
-    case PD_SHAPE_HALF_SPACE: return pdi_shape_half_space(s, x);
+    case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
-    case PD_SHAPE_COMPLEMENT: return -pd_shape_distance(shapes, s->child[0], x);
+    case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
     case PD_SHAPE_DIFFERENCE:
-        distance = pd_shape_distance(shapes, s->child[0], x);
+        distance = pdi_shape_level(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->children; c++) {
-            double other = pd_shape_distance(shapes, s->child[c], x);
+            double other = pdi_shape_level(shapes, s->child[c], frame, x);
             if (s->type == PD_SHAPE_UNION) distance = pdi_shape_least(distance, other);
             else distance = pdi_shape_most(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
@@ -7480,6 +7535,16 @@ double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
     case PD_SHAPE_NONE: break;
     }
     return HUGE_VAL;
+}
+
+double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
+{
+    return pdi_shape_level(shapes, index, NULL, x);
+}
+
+PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
+{
+    return pdi_shape_level(shapes, index, frame, x);
 }
 
 PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
@@ -8488,7 +8553,55 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
         pd_side side = grid->side[2 * d + up];
         if (side == PD_SIDE_PERIODIC) x[d] += up ? -length : length;
         else if (side != PD_SIDE_WALL) x[d] = 2.0 * edge - x[d];
+        if ((x[d] >= grid->lo[d] && x[d] <= grid->hi[d]) || grid->side[2 * d] == PD_SIDE_WALL ||
+            grid->side[2 * d + 1] == PD_SIDE_WALL)
+            continue;
+        /* farther than a box away: mirror images have twice its period */
+        double period = side == PD_SIDE_PERIODIC ? length : 2.0 * length, place = x[d] - grid->lo[d];
+        place -= period * floor(place / period);
+        x[d] = grid->lo[d] + (place > length ? period - place : place);
     }
+}
+
+/* The distance with what the shape is behind the periodic sides of axis d and later ones among those of the frame: the
+ * part of the next box, on the other side of the plane. */
+static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
+{
+    if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
+    double level = pdi_grid_periodic(grid, shape, frame, d + 1, x), at[PD_DIM], length = grid->hi[d] - grid->lo[d];
+    for (int up = 0; up < 2 && grid->side[2 * d] == PD_SIDE_PERIODIC; up++) {
+        pdi_shape_frame next = *frame, alone = *frame;
+        if (!(frame->sides >> (2 * d + up) & 1)) continue;
+        memcpy(at, x, sizeof at);
+        at[d] += up ? -length : length;
+        next.sides ^= 3 << 2 * d;
+        alone.sides &= ~(3 << 2 * d);
+        double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
+        double other = pdi_grid_periodic(grid, shape, &next, d + 1, at);
+        double ends = level > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, at) : 0.0;
+        if (level > 0.0) level = fmin(level, fmax(plane, fmax(other, ends)));
+        else level = fmax(level, -fmax(plane, -other));
+    }
+    return level;
+}
+
+PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
+{
+    double at[PD_DIM], slack = PDI_GRID_SLACK * grid->h[0];
+    pdi_shape_frame frame;
+    memcpy(at, x, sizeof at);
+    pdi_grid_fold_position(grid, at);
+    double level = pd_shape_distance(grid->shapes, shape, at);
+    frame.lo = grid->lo;
+    frame.hi = grid->hi;
+    frame.slack = slack;
+    frame.sides = 0;
+    /* what is farther than the surface cannot change it */
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        double plane = s % 2 ? grid->hi[s / 2] - at[s / 2] : at[s / 2] - grid->lo[s / 2];
+        if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(level) + slack) frame.sides |= 1 << s;
+    }
+    return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, at) : level;
 }
 
 /* A ghost of an inlet or outlet is open only in front of fluid; elsewhere it continues the wall. Behind periodic and
@@ -9303,22 +9416,12 @@ static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance of a point, positive in the fluid. Behind sides that are not walls the geometry repeats, as the kinds
- * of the ghosts do. */
-static double pdi_bond_level(const pd_grid *grid, int shape, const double *x)
-{
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    return pd_shape_distance(grid->shapes, shape, at);
-}
-
-/* The same at fraction t of the bond. */
+/* Signed distance at fraction t of the bond, positive in the fluid. */
 static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
-    return pdi_bond_level(grid, shape, at);
+    return pdi_grid_level(grid, shape, at);
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
@@ -9331,7 +9434,7 @@ static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int 
         int32_t at = node + bonds->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_bond_level(grid, shape, x) <= 0.0) return 1;
+        if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
     }
     return 0;
 }
@@ -9341,13 +9444,13 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
 {
     double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * grid->h[0], mean = 0.0, sharpest = 0.0;
     for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
-    double centre = pdi_bond_level(grid, shape, p), length = pdi_vec_norm(xi);
+    double centre = pdi_grid_level(grid, shape, p), length = pdi_vec_norm(xi);
     for (int d = 0; d < PD_DIM; d++) {
         double at = p[d];
         p[d] = at + eps;
-        double up = pdi_bond_level(grid, shape, p);
+        double up = pdi_grid_level(grid, shape, p);
         p[d] = at - eps;
-        double down = pdi_bond_level(grid, shape, p), second = (up - centre) - (centre - down);
+        double down = pdi_grid_level(grid, shape, p), second = (up - centre) - (centre - down);
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
@@ -9364,12 +9467,25 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = fmax(pdi_bond_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
+    double distance = fmax(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * grid->h[0]);
     if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
     cut->mean = mean;
     cut->bend = second / (step * step) - mean * reach * reach;
+}
+
+/* Where a line may be inside a shape that it has left again a cell behind fraction `face`: there, or half a cell on.
+ * Returns that fraction, or 0, and the distance. */
+static double pdi_bond_chord(const pd_grid *grid, int shape, const double *x, const double *xi, double face,
+                             double cell, double *inside)
+{
+    for (int half = 0; half < 2; half++) {
+        double t = face + 0.5 * half / cell;
+        *inside = pdi_bond_distance(grid, shape, x, xi, t);
+        if (*inside < -PDI_BOND_TOUCH * grid->h[0]) return t;
+    }
+    return 0.0;
 }
 
 /* Move the cut onto the zero level of `shape`, if the bond crosses it: before the face cut or, where the line grazes
@@ -9386,6 +9502,11 @@ static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, 
         double next = fmin(hi < 1.0 ? cut->t + ahead / cell : 1.25 * hi, limit);
         hi = hi < 1.0 ? fmin(next, 1.0) : next; /* a closed far end is inside for certain */
         fhi = pdi_bond_distance(grid, shape, x, xi, hi);
+        if (ahead > 1 || fhi < -PDI_BOND_TOUCH * grid->h[0] || !(cut->t + 0.5 / cell < limit)) continue;
+        double within, t = pdi_bond_chord(grid, shape, x, xi, cut->t, cell, &within);
+        if (!(t > 0.0)) continue;
+        hi = t;
+        fhi = within;
     }
     /* a tube that touches the side meets it to rounding */
     if (!(fhi <= PDI_BOND_TOUCH * grid->h[0])) return;
@@ -9538,7 +9659,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
 PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
 {
     int shape = pdi_bond_shape(bonds->grid, closed, pdi_bond_walled(bonds->grid, closed));
-    return shape < 0 ? (double)NAN : pdi_bond_level(bonds->grid, shape, x);
+    return shape < 0 ? (double)NAN : pdi_grid_level(bonds->grid, shape, x);
 }
 
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
@@ -9554,7 +9675,7 @@ PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, doubl
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (cut.t > 1.0 + 1e-9) return -1;
     if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
-    return fabs(pdi_bond_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
+    return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
@@ -9997,10 +10118,7 @@ typedef struct pdi_surface {
 
 static double pdi_surface_level(const pdi_surface *r, int shape, const double *x)
 {
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(r->bonds->grid, at);
-    return pd_shape_distance(r->bonds->grid->shapes, shape, at);
+    return pdi_grid_level(r->bonds->grid, shape, x);
 }
 
 /* First closed cell on the way; the side of the box that is a wall counts as one. */
@@ -12487,6 +12605,8 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
     return PD_OK;
 }
 
+PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
+
 static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -12494,8 +12614,7 @@ static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
-    /* squares below the least normal number over its rounding have no digits */
-    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), sqrt(DBL_MIN / DBL_EPSILON));
+    run->target = fmax(fmax(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);
@@ -13441,12 +13560,12 @@ static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const 
                     (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
-/* Power of two that brings `largest` near 1; 1 for zero, NaN and infinity. */
+/* Power of two that brings `largest` near 1, or as near as its own range goes; 1 for zero, NaN and infinity. */
 static double pdi_multigrid_scale(double largest)
 {
     int exponent = 0;
     if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
-    return ldexp(1.0, -exponent);
+    return ldexp(1.0, exponent > -DBL_MAX_EXP ? -exponent : DBL_MAX_EXP - 1);
 }
 
 /* Coefficients of the faces of axis d. */
@@ -15496,15 +15615,6 @@ typedef struct pdi_force_query {
     pdi_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
-/* Signed distance of a point from a shape, whose image goes on behind the sides. */
-static double pdi_force_distance(const pd_grid *grid, int shape, const double *x)
-{
-    double at[PD_DIM];
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(grid, at);
-    return pd_shape_distance(grid->shapes, shape, at);
-}
-
 /* 1 when the closed cell at the end of a bond belongs to the shape that is asked for. */
 static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
 {
@@ -15512,7 +15622,7 @@ static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
     if (q->shape == PD_FORCE_ALL) return 1;
     if (end->side || q->shape == PD_FORCE_SIDES) return end->side && q->shape == PD_FORCE_SIDES;
     pd_grid_position(q->flow->grid, end->cell, x);
-    return pdi_force_distance(q->flow->grid, q->shape, x) <= 0.0;
+    return pdi_grid_level(q->flow->grid, q->shape, x) <= 0.0;
 }
 
 /* The same, and it meets the surface between lo and hi. Behind a periodic side the surface goes on. */
@@ -15703,7 +15813,7 @@ static double pdi_force_outside(const pd_grid *grid, int shape, const double *x)
     }
     while (more) {
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + ((i[d] + 0.5) / PDI_FORCE_PIECES - 0.5) * grid->h[d];
-        sum += fmin(fmax(0.5 + pdi_force_distance(grid, shape, at) / size, 0.0), 1.0);
+        sum += fmin(fmax(0.5 + pdi_grid_level(grid, shape, at) / size, 0.0), 1.0);
         more = 0;
         for (int d = 0; d < PD_DIM && !more; d++) {
             more = i[d] + 1 < PDI_FORCE_PIECES;
@@ -15724,7 +15834,7 @@ static double pdi_force_cut(const pd_grid *grid, int shape, int32_t node)
     if (shape < 0 || grid->circumference || !pdi_shape_exact(grid->shapes, shape)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) reach += grid->h[d];
     pd_grid_position(grid, node, x);
-    double distance = pdi_force_distance(grid, shape, x);
+    double distance = pdi_grid_level(grid, shape, x);
     if (fabs(distance) > reach || fluid != (distance > 0.0)) return 0.0;
     return pdi_force_outside(grid, shape, x) - (double)fluid;
 }
@@ -16294,6 +16404,21 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
 }
 
+/* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them
+ * last. s->step is work. */
+static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
+{
+    const pd_flow *flow = s->flow;
+    const uint8_t *kind = flow->grid->kind;
+    int64_t total = flow->grid->total, held = flow->held ? (int64_t)PD_DIM * flow->inlets : 0;
+    int nt = pdi_par_threads(ctx, PD_DIM * total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = 0; i < total; i++)
+        for (int d = 0; d < PD_DIM; d++) s->step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
+    return fmax(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
+}
+
 /* The weight of the momentum residuals that keeps both off-diagonal blocks of the preconditioned matrix of one size:
  * they carry momentum into continuity with at most 1/U and sqrt(mobility/nu)/2, and continuity into momentum with
  * nu/h + X/mobility (eq. 4.9c). */
@@ -16301,7 +16426,7 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
-    double speed = pdi_par_max_abs(ctx, (int64_t)PD_DIM * grid->total, flow->u), far = 0.0, near = HUGE_VAL;
+    double speed = pdi_steady_fastest(ctx, s), far = 0.0, near = HUGE_VAL;
     pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
@@ -19549,6 +19674,7 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
  * each sweep, with the same bits from both ends. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds
  * carry and conduct zero.
  */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19866,15 +19992,16 @@ typedef struct pdi_flux_upwinded {
 } pdi_flux_upwinded;
 
 /* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
- * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. */
+ * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
+ * that are no normal numbers tell nothing of how steps differ: such steps lean in full. */
 PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
     double off = of->x - of->step, square = of->step * of->step, sum = square + 0.25 * off * off;
     double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    if (!by) return of->alpha * most * (of->step + lean * (sum > 0.0 ? square / sum : 1.0) * off);
-    double off_by = by->x - by->step, over = sum > 0.0 ? 1.0 / sum : 0.0;
-    double weight = sum > 0.0 ? square * over : 1.0, rest = 1.0 - weight;
+    if (!by) return of->alpha * most * (of->step + lean * (sum >= DBL_MIN ? square / sum : 1.0) * off);
+    double off_by = by->x - by->step, over = sum >= DBL_MIN ? 1.0 / sum : 0.0;
+    double weight = sum >= DBL_MIN ? square * over : 1.0, rest = 1.0 - weight;
     double mixed = of->step + lean * weight * off;
     double mixed_by =
         by->step + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * of->step * over * by->step);
@@ -21395,7 +21522,8 @@ static void pdi_advance_between(pd_advance *a)
     }
 }
 
-/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. */
+/* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. What
+ * the solvers of both stages leave undone of any field is no error of the step. */
 static double pdi_advance_error(const pd_advance *a, double *largest)
 {
     const pd_transport *t = a->transport;
@@ -21406,6 +21534,7 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
         size = fmax(size, fmax(fabs(t->c[i]), fabs(a->start[i])));
     }
     *largest = size;
+    size += 2.0 * t->dt * pdi_krylov_least() / a->desc.rtol;
     return size > 0.0 ? worst / size : 0.0;
 }
 
@@ -34895,8 +35024,8 @@ static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field
 /* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
 static double pdi_model_interface(void *user, const double *x)
 {
-    const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pd_shape_distance(u->shape, u->medium, x);
+    const pd_inlet *inlet = (const pd_inlet *)user;
+    return pdi_grid_level(inlet->grid, inlet->setup->medium, x);
 }
 
 static double pdi_model_diffusivity(void *user, const double *x)
@@ -35510,11 +35639,8 @@ typedef struct pdi_sample_job {
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
 {
-    double at[PD_DIM];
     if (m->setup->medium < 0) return 0.0;
-    memcpy(at, x, sizeof at);
-    pdi_grid_fold_position(&m->grid, at);
-    double level = pd_shape_distance(m->setup->shape, m->setup->medium, at);
+    double level = pdi_grid_level(&m->grid, m->setup->medium, x);
     return fabs(level) > PDI_SAMPLE_NEAR * m->grid.h[0] ? level : 0.0;
 }
 
