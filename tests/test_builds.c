@@ -41,6 +41,7 @@ typedef struct lab {
     pd_ctx ctx;
     pd_setup of_pin, of_pit;
     pd_model pin, pit;
+    pd_bonds bonds; /* with what walls do to a flow */
     pd_flow flow;
     pd_steady steady;   /* of that flow, with what steps in time need */
     pd_grid rings;
@@ -95,7 +96,8 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pd_scene_read(&l->ctx, path_of("pit.scene"), NULL, 0, &l->of_pit)) &&
            CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
            CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pit, &l->pit)) &&
-           CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->pin.bonds, &still, &l->flow)) &&
+           CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->pin.stencil, &l->pin.grid, 0, &l->bonds)) &&
+           CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->bonds, &still, &l->flow)) &&
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
            CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
            CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings));
@@ -106,6 +108,7 @@ static void tidy(lab *l)
     pd_grid_free(&l->ctx, &l->rings);
     pd_steady_free(&l->ctx, &l->steady);
     pd_flow_free(&l->ctx, &l->flow);
+    pd_bonds_free(&l->ctx, &l->bonds);
     pdi_model_free(&l->ctx, &l->pit);
     pdi_model_free(&l->ctx, &l->pin);
     pd_setup_free(&l->ctx, &l->of_pit);
@@ -219,7 +222,7 @@ INNER(front, pd_front)
 BUILD(flow, pd_flow)
 {
     pd_flow_desc d = stream(l);
-    return pd_flow_build(ctx, &l->pin.grid, &l->pin.bonds, &d, o);
+    return pd_flow_build(ctx, &l->pin.grid, &l->bonds, &d, o);
 }
 
 BUILD(steady, pd_steady)
@@ -268,7 +271,7 @@ BUILD(transport, pd_transport)
     pd_transport_desc d;
     memset(&d, 0, sizeof d);
     d.diffusivity = l->wrong ? -1.0 : 1e-9;
-    return pd_transport_build(ctx, &l->pin.grid, &l->pin.bonds, &l->flow, &d, o);
+    return pd_transport_build(ctx, &l->pin.grid, &l->bonds, &l->flow, &d, o);
 }
 
 BUILD(advance, pd_advance)
