@@ -3893,6 +3893,7 @@ typedef struct pd_dissolve {
 typedef struct pdi_metal_kind {
     double solid, span, end;
     pd_metal law;
+    double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
 } pdi_metal_kind;
 
@@ -3978,8 +3979,8 @@ static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
 static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
-    double ratio = log(pdi_metal_solid(d, j) / d->desc.saturation);
-    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d, j);
+    const pdi_metal_kind *kind = &d->kind[pdi_metal_of(d, j)];
+    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->span;
 }
 #endif
 
@@ -23210,7 +23211,7 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = 1.0;
     *part = 0.0;
     if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
-    *part = log(kind->solid / d->desc.saturation) / kind->span;
+    *part = kind->ratio / kind->span;
     *whole = *part * portion->stock / portion->weight;
 }
 
@@ -24026,6 +24027,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->end = threshold * kind->solid;
         kind->span = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
+        if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
     }
     d->desc.more = NULL;

@@ -60,7 +60,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
     PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
     PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
-    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, 0, &lab->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_AT_REST, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
     if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
     if (parts & VAL_IMPLICIT)
@@ -72,7 +72,8 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
         PDI_TRY(
             pd_dissolve_build(ctx, &lab->grid, &lab->bonds, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
-        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid, &lab->bonds, &lab->couple));
+        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid,
+                                lab->transport_desc.given ? NULL : &lab->bonds, &lab->couple));
     if (parts & VAL_COUPLE && steady)
         PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
     if (parts & VAL_COUPLE && dissolve)

@@ -142,6 +142,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->end = threshold * kind->solid;
         kind->span = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
+        if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
     }
     d->desc.more = NULL;

@@ -259,7 +259,7 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = 1.0;
     *part = 0.0;
     if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
-    *part = log(kind->solid / d->desc.saturation) / kind->span;
+    *part = kind->ratio / kind->span;
     *whole = *part * portion->stock / portion->weight;
 }
 

@@ -115,6 +115,7 @@ typedef struct pd_dissolve {
 typedef struct pdi_metal_kind {
     double solid, span, end;
     pd_metal law;
+    double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
 } pdi_metal_kind;
 
@@ -200,8 +201,8 @@ static inline int pdi_metal_passive(const pd_dissolve *d, int32_t i)
 static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
-    double ratio = log(pdi_metal_solid(d, j) / d->desc.saturation);
-    return ratio * (d->transport->c[j] - d->transport->c[i]) / pdi_metal_span(d, j);
+    const pdi_metal_kind *kind = &d->kind[pdi_metal_of(d, j)];
+    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->span;
 }
 #endif
 
