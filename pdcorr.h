@@ -2938,9 +2938,11 @@ typedef struct pd_diffusion_desc {
 typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
-    float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
-    float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
-    float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
+    float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
+                                         * xy, yy, xz, yz, zz */
+    float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
+                                         * surface; or NULL */
+    float *facing;                      /* [total][PD_DIM] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
@@ -18800,7 +18802,7 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
-    if (!d->metal[0] || group < 0) return 0;
+    if (!d->metal || group < 0) return 0;
     int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
@@ -18825,7 +18827,7 @@ static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t 
     const pd_bonds *bonds = d->bonds;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
-    for (int k = 0; k < bonds->stencil->count && d->metal[0]; k++) {
+    for (int k = 0; k < bonds->stencil->count && d->metal; k++) {
         double xi[PD_DIM];
         if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
         pdi_diffusion_offset(d, k, xi);
@@ -18888,34 +18890,44 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
 
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
 {
-    double x[PD_DIFFUSION_TENSOR], normal[PD_DIM];
-    int32_t i = d->bonds->node[r];
+    enum { N = PD_DIFFUSION_TENSOR };
+    double x[N], normal[PD_DIM];
+    int64_t i = d->bonds->node[r];
     pdi_diffusion_row(d, r, held, NULL, x);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = (float)x[t];
+    for (int t = 0; t < N; t++) d->tensor[i * N + t] = (float)x[t];
     if (!pdi_diffusion_facing(d, r, held, normal)) return;
     pdi_diffusion_row(d, r, held, normal, x);
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->metal[t][i] = (float)x[t];
-    for (int a = 0; a < PD_DIM; a++) d->facing[a][i] = (float)normal[a];
+    for (int t = 0; t < N; t++) d->metal[i * N + t] = (float)x[t];
+    for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = (float)normal[a];
 }
 
-/* Images and inlet ghosts have the tensors of the nodes that they stand for, or mirror. Behind mirrors the off-diagonal
- * entries change their sign with the axes. */
+/* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
+ * off-diagonal entries change their sign. */
+static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int flip)
+{
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++, at++) {
+            float value = tensor[from * PD_DIFFUSION_TENSOR + at];
+            tensor[ghost * PD_DIFFUSION_TENSOR + at] = (flip >> a ^ flip >> b) & 1 ? -value : value;
+        }
+}
+
+/* Images and inlet ghosts have the numbers of the nodes that they stand for, or mirror. */
 static void pdi_diffusion_ghosts(pd_diffusion *d)
 {
     const pd_ghosts *g = &d->bonds->ghosts;
     for (int32_t k = 0; k < g->listed; k++) {
-        int at = 0;
-        int32_t i = g->node[k], from = g->source[k];
+        int64_t i = g->node[k], from = g->source[k];
         if (k >= g->images && k < g->count) continue;
         d->cut[i] = d->cut[from];
         d->renewed[i] = d->renewed[from];
+        pdi_diffusion_mirror(d->tensor, i, from, g->odd[k]);
+        if (!d->metal) continue;
+        pdi_diffusion_mirror(d->metal, i, from, g->odd[k]);
         for (int a = 0; a < PD_DIM; a++) {
-            for (int b = 0; b <= a; b++, at++) {
-                int odd = (g->odd[k] >> a ^ g->odd[k] >> b) & 1;
-                d->tensor[at][i] = odd ? -d->tensor[at][from] : d->tensor[at][from];
-                if (d->metal[0]) d->metal[at][i] = odd ? -d->metal[at][from] : d->metal[at][from];
-            }
-            if (d->metal[0]) d->facing[a][i] = (g->odd[k] >> a & 1) ? -d->facing[a][from] : d->facing[a][from];
+            float value = d->facing[from * PD_DIM + a];
+            d->facing[i * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
         }
     }
 }
@@ -19015,10 +19027,11 @@ static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
+    enum { N = PD_DIFFUSION_TENSOR };
     d->renewed[i] = d->bonds->version;
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) d->tensor[t][i] = 0.0f;
-    for (int t = 0; t < PD_DIFFUSION_TENSOR && d->metal[0]; t++) d->metal[t][i] = 0.0f;
-    for (int a = 0; a < PD_DIM && d->metal[0]; a++) d->facing[a][i] = 0.0f;
+    for (int t = 0; t < N; t++) d->tensor[(int64_t)i * N + t] = 0.0f;
+    for (int t = 0; t < N && d->metal; t++) d->metal[(int64_t)i * N + t] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metal; a++) d->facing[(int64_t)i * PD_DIM + a] = 0.0f;
     if (!d->wall_rate) return;
     d->wall_part[i] = 0;
     pdi_diffusion_release(d, i);
@@ -19092,12 +19105,12 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     pd_diffusion *diffusion = (pd_diffusion *)object;
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
-    int metal = diffusion->metal[0] || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) PDI_ARRAY(owner, diffusion, tensor[t], total, "1");
+    int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
+    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
     PDI_ARRAY(owner, diffusion, cut, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
-    for (int t = 0; t < PD_DIFFUSION_TENSOR && metal; t++) PDI_ARRAY(owner, diffusion, metal[t], total, "1");
-    for (int a = 0; a < PD_DIM && metal; a++) PDI_ARRAY(owner, diffusion, facing[a], total, "1");
+    if (metal) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * total, "1");
+    if (metal) PDI_ARRAY(owner, diffusion, facing, PD_DIM * total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
     PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
@@ -19132,36 +19145,41 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* What metal beside node i adds to the factor of a bond. */
-static double pdi_diffusion_beside(const pd_diffusion *d, int32_t i, const double *xi, const double *weight)
+/* Twice what walls beside node i add to the factor of a bond. */
+static double pdi_diffusion_part(const pd_diffusion *d, int64_t i, const double *weight)
 {
+    const float *tensor = d->tensor + i * PD_DIFFUSION_TENSOR;
+    double sum = 0.0;
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)tensor[t];
+    return sum;
+}
+
+/* The same of metal. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *xi, const double *weight)
+{
+    const float *metal = d->metal + i * PD_DIFFUSION_TENSOR, *facing = d->facing + i * PD_DIM;
     double normal[PD_DIM], sum = 0.0;
-    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[a][i];
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)d->metal[t][i];
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)facing[a];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)metal[t];
     return sum * pdi_diffusion_along(d, normal, xi);
 }
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     int32_t j = i + d->bonds->shift[k];
-    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR];
+    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR], xi[PD_DIM];
     if (d->field)
         for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
     else
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    if (!rows) return;
-    double xi[PD_DIM];
-    pdi_diffusion_offset(d, k, xi);
-    pdi_diffusion_quadratic(xi, weight);
-    for (int b = 0; b < count; b++) {
-        double factor = 0.0;
+    for (int b = 0; b < count && rows; b++) {
         if (!(d->cut[i + b] > 0.0f) || !(d->cut[j + b] > 0.0f)) continue;
-        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++)
-            factor += 0.5 * weight[t] * ((double)d->tensor[t][i + b] + (double)d->tensor[t][j + b]);
-        if (d->metal[0])
-            factor += 0.5 * (pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight));
-        factor += 1.0;
-        factor = factor > PDI_DIFFUSION_LEAST ? factor : PDI_DIFFUSION_LEAST;
+        pdi_diffusion_offset(d, k, xi);
+        pdi_diffusion_quadratic(xi, weight);
+        double twice = pdi_diffusion_part(d, i + b, weight) + pdi_diffusion_part(d, j + b, weight);
+        if (d->metal)
+            twice += pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight);
+        double factor = fmax(1.0 + 0.5 * twice, PDI_DIFFUSION_LEAST);
         bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
     }
 }

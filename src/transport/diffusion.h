@@ -28,9 +28,11 @@ typedef struct pd_diffusion_desc {
 typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
-    float *tensor[PD_DIFFUSION_TENSOR]; /* [total] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx, xy, yy, xz, yz, zz */
-    float *metal[PD_DIFFUSION_TENSOR];  /* [total] [-] the same for what metal cuts, along its surface; or NULL */
-    float *facing[PD_DIM];              /* [total] [-] the normal of that surface in cells, or NULL */
+    float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
+                                         * xy, yy, xz, yz, zz */
+    float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
+                                         * surface; or NULL */
+    float *facing;                      /* [total][PD_DIM] [-] the normal of that surface in cells, or NULL */
     float *cut;                         /* [total] [-] 1: a bond of the node is cut */
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
