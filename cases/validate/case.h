@@ -121,7 +121,7 @@ typedef struct val_result {
     val_level level[VAL_LEVELS];
     val_outcome out[VAL_LEVELS];
     int levels;
-    int failed; /* a run function failed; the message tells why */
+    int failed; /* a run function failed; the message says why */
     char message[PD_MESSAGE_SIZE];
     val_profile profile;
 } val_result;

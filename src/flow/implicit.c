@@ -250,7 +250,7 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The slope at the end of the last step tells nothing about fluid that is new. */
+/* The slope at the end of the last step is unknown in fluid that is new. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;

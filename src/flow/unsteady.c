@@ -177,8 +177,8 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
- * nothing but the state. */
+/* Rounded up to whole parts of 1/128. So a limit is computed again when the state has changed by as much, and depends
+ * on the state alone. */
 static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
 
 /* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,

@@ -150,7 +150,7 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     }
 }
 
-/* Six shapes, so that curves are told apart in gray print too. */
+/* Six shapes, so that curves differ in gray print too. */
 static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
 {
     static const double corner[6][8] = {

@@ -1,7 +1,7 @@
 /* quadratic: the value at a place of the quadratic that fits values and slopes around it best.
  *
- * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What the
- * data do not tell is zero: second derivatives, then slopes.
+ * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What
+ * the data do not determine is zero: second derivatives, then slopes.
  */
 #ifndef PD_QUADRATIC_H
 #define PD_QUADRATIC_H

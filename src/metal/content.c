@@ -58,7 +58,7 @@ PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
+/* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
 static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
 {
     int32_t i = pdi_entry_far(d->bonds, j, k);
@@ -227,9 +227,9 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
     return -1;
 }
 
-/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
- * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
- * the fluid around. */
+/* Move `rest` from node j to the layer behind it, the present front. `rest` is what j still holds; it is negative when
+ * j has given too much. Without such a layer it goes to any solid neighbour, else to the metal that j hangs together
+ * with. Without any metal it is rounding, and goes to the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
@@ -356,8 +356,8 @@ static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
     return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
-/* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
- * has. What is left goes round, and stays where nobody takes it. */
+/* Node i passes what it has above its end to such metal, in proportion to the weights. No node gets more than whole
+ * metal has. What is left is shared again, and stays when no node has room. */
 static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
 {
     double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
@@ -440,7 +440,7 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
     d->changed_count = 0;
-    /* the contents tell where the surface stands, so all rates come first */
+    /* the place of the surface follows from the contents, so all rates come first */
     for (int32_t f = 0; f < d->front_count; f++)
         c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {

@@ -108,7 +108,7 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
 /* Seeds of lattice cell q: their number, and the position of one. */
 static uint64_t pdi_grain_stream(const int64_t *q)
 {
-    /* 21 bits an axis: cells are told apart up to a million cells from the origin */
+    /* 21 bits an axis: cells have different numbers up to a million cells from the origin */
     uint64_t stream = 0;
     for (int a = 0; a < PD_DIM; a++) stream = (stream << 21) | ((uint64_t)(q[a] + 1048576) & 2097151u);
     return stream + PDI_GRAIN_STREAM_CELL;

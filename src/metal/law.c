@@ -55,7 +55,7 @@ PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
     if (!(pdi_law_rate(law, c) > 0.0)) return c;
     while (a < limit) {
         double b = pdi_law_stride(law, a, limit), v = pdi_law_rate(law, b);
-        if (!pdi_law_finite(v)) return HUGE_VAL; /* who asks there is told */
+        if (!pdi_law_finite(v)) return HUGE_VAL; /* a call that needs the law there fails with a message */
         if (!(v > 0.0)) return pdi_law_halve(law, a, b);
         a = b;
     }
@@ -239,8 +239,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
-/* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
- * not finite. */
+/* Where V meets the straight line between the two known points (low_c, low_v) and (high_c, high_v): the first meeting
+ * before the end of the law, if there is one. NaN: the law is not finite. */
 static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
 {
     double a = p->low_c, b = p->high_c, asked_a = p->low_v, asked_b = p->high_v;
@@ -278,7 +278,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     return b;
 }
 
-/* Where a rising law meets the line through both questions on its low side, above the later one at c. */
+/* Where a rising law meets, above c, the straight line through (low_c, low_v) and (c, asked). */
 static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double rise = (asked - p->low_v) / (c - p->low_c), ahead = c;
@@ -307,7 +307,7 @@ static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked
     return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
-/* Where the next line touches V, after the question at c. */
+/* Where the next line touches V, after `asked` was compared with V at c. */
 static double pdi_law_next(pdi_law *law, double c, double asked, double given, pdi_law_point *p)
 {
     if (given >= asked) {
@@ -326,7 +326,7 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
     p->high_c = c;
     p->high_v = asked;
     if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid at 0 needs the speed 0 there */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 

@@ -82,7 +82,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level
 
 /* ---- links ---- */
 
-/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+/* 1: cell c of level 0 has no link for certain. Only the diagonal of symmetric levels shows that. */
 static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);

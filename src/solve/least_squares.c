@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_LEAST_SQUARES_PROBES 4     /* differences that tell the noise */
+#define PDI_LEAST_SQUARES_PROBES 4     /* differences that the noise is measured from */
 #define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
 #define PDI_LEAST_SQUARES_STEPS 100
 #define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
@@ -218,7 +218,7 @@ static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
     return 1;
 }
 
-/* Secant update: the Jacobian tells what the step has shown. */
+/* Secant update: then the Jacobian gives the change that the step has shown. */
 static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;

@@ -26,7 +26,7 @@ typedef struct pd_step {
     double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
-    const int32_t *turned; /* [turned_count] `accept` tells which nodes of metal have turned fluid */
+    const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;
 
