@@ -5,11 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Step control: the largest change of one step to the next. */
+/* A step is at most this many times the one before. */
 #define PDI_IMPLICIT_GROWTH 3.0
+/* A step that is repeated is at least this share of the one that failed. */
 #define PDI_IMPLICIT_SHRINK 0.2
 /* Default tolerance of the stages over that of a step. */
 #define PDI_IMPLICIT_STAGE 1e-3
+/* Share of the first step below which no shorter step is tried: the run fails. */
 #define PDI_IMPLICIT_SMALLEST 1e-12
 /* Weight of the pressure flux beside the impulse of a start. What it leaves of the divergence is that share of the
  * error that the lattice makes in the impulse. */

@@ -25,15 +25,16 @@
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Share of the divergence left by the potential that takes it off, and the most iterations for it: rounding may be more
- * than that share. */
+/* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
 #define PDI_STEADY_ROUNDING 1e-19
 
-/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
+/* Most Newton steps of a stage in time. */
 #define PDI_STEADY_STAGE 8
+/* Loosest linear tolerance of such a Newton step. */
 #define PDI_STEADY_STAGE_FORCING 0.1
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1

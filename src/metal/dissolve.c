@@ -372,7 +372,7 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
     d->rated = 1;
 }
 
-/* *met: 1 when the speeds of the lines at the present field are those of the law. Otherwise there are new lines. */
+/* *met: 1 when the lines have at the present field the speeds of the law. Otherwise there are new lines. */
 static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *met)
 {
     const pd_transport *t = d->transport;
@@ -505,8 +505,9 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     return PD_RETRY;
 }
 
-/* The speeds that were found replace the lines, so metal loses what fluid gains. Where a line is steeper than all that
- * the fluid does, it gives the speed to few digits. There the speed is taken from the balance of the node. */
+/* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
+ * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
+ * gives it. */
 static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;

@@ -6,9 +6,9 @@
 
 /* Share of `fraction` that the course of a law within a step may cost. */
 #define PDI_DISSOLVING_EXACT 0.04
-/* A node may lose this much more than the share that steps are chosen for, where the law speeds up. A step this much
- * shorter than wanted has failed. */
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
 #define PDI_DISSOLVING_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
 #define PDI_DISSOLVING_SHORTEST 1e-9
 
 static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)

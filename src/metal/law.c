@@ -2,11 +2,13 @@
 #include "metal/law.h"
 #include <math.h>
 
-/* Concentrations at which the end of a law is sought: growth from one to the next, and the least over the top. */
+/* The end of a law is sought in strides of concentration. This is a stride over the concentration. */
 #define PDI_LAW_GROWTH 0.0625
+/* Least stride over the top. */
 #define PDI_LAW_LEAST 1e-9
-/* Most halvings of an interval, which has then no number inside, and rounds of a rising law. */
+/* Most halvings of an interval: then no number is left inside. */
 #define PDI_LAW_HALVINGS 200
+/* Most rounds for a rising law. */
 #define PDI_LAW_ROUNDS 400
 
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
@@ -125,10 +127,11 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
     return b;
 }
 
-/* Widest difference over the concentration that a slope is taken from, least one, and the share of the step that a jump
- * becomes behind the film. */
+/* A slope is taken from a difference. This is the widest one over the concentration. */
 #define PDI_LAW_WIDE 1e-6
+/* Least one over the concentration. */
 #define PDI_LAW_NARROW 1e-10
+/* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
 /* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
@@ -158,8 +161,9 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
     p->slope = most;
 }
 
-/* Share of a concentration around a jump, and of a speed that makes one. */
+/* A jump lies within this share of its concentration. */
 #define PDI_LAW_AROUND 1e-9
+/* The speed falls at a jump by more than this share. */
 #define PDI_LAW_DROP 1e-6
 
 /* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */

@@ -9,8 +9,9 @@
 /* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
  * then solved with this share, and the Krylov solver does the rest. */
 #define PDI_COARSEN_FLOOR 1e-6f
-/* The same with contrast. */
+/* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
+/* No cell. */
 #define PDI_COARSEN_NONE (-1)
 
 /* ---- memory ---- */

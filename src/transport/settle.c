@@ -6,12 +6,15 @@
 #include <math.h>
 #include <string.h>
 
-/* Length of a step over the exchange time of the slowest node, and how many. */
+/* Length of a step over the exchange time of the slowest node. */
 #define PDI_SETTLE_LONG 1e9
+/* Most such steps. */
 #define PDI_SETTLE_STEPS 60
-/* Corrections in a row, each to that share of what it is for; a defect that falls by less than the last ends them. */
+/* Most corrections in a row. */
 #define PDI_SETTLE_CORRECTIONS 20
+/* Each is solved to this share of what it corrects. */
 #define PDI_SETTLE_SHARE 1e-4
+/* Corrections end when the defect after one is more than this share of the defect before. */
 #define PDI_SETTLE_SLOW 0.5
 /* The defect that they aim at: fluxes agree to what tables print. */
 #define PDI_SETTLE_AIM 1e-10
