@@ -79,7 +79,7 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     PD_PRINTF_LIKE(4, 5);
 /* Print behind `text` of `size` bytes; what does not fit is left out. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
+/* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
 static inline int pdi_is_final(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;

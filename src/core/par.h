@@ -23,7 +23,7 @@
 #endif
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
- * faster (pace). And without regard to pace. */
+ * faster (pace). pdi_par_offered: without regard to pace. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
 /* pdi_par_begin returns the threads for a loop, and pdi_par_end gives pace the time that the loop took: `times` times

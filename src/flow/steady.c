@@ -16,7 +16,7 @@
 /* Newton steps in which the residual is halved, or the solve ends. */
 #define PDI_STEADY_PATIENCE 40
 
-/* Pseudo time steps shorter than this against the planned one are hopeless. */
+/* A pseudo time step that is this many times shorter than the planned one is hopeless. */
 #define PDI_STEADY_MAX_BOOST 1e8
 /* What the linearisation may miss of the residual in a step: more calls for a shorter pseudo time step, a quarter of it
  * allows a longer one. */

@@ -273,9 +273,10 @@ static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
     return m->at[i];
 }
 
-/* Bonds across the surface are resistances in series and conduct less along it than the materials do; a cell that it
- * cuts has the material of its node. What the moments of the node lack against the mean of its cell goes to its bonds
- * within the surface: then the layers conduct together what the materials do, and nothing changes across. */
+/* Bonds across the surface are resistances in series, and conduct less along the surface than the materials do. A cell
+ * that the surface cuts has the material of its node. The moments of the node lack something against the mean of its
+ * cell (eq. 5.14). This goes to its bonds within the surface. Then the layers together conduct what the materials do,
+ * and nothing changes across the surface. */
 static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
 {
     const pd_stencil *s = m->stencil;

@@ -40,8 +40,9 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* The step becomes so short that it takes no more than it may, and that the rest of the law's course is a small part of
- * that; a jump is met within that, too. Returns the factor for the step; 1: it is short enough. */
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
 static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
 {
     double error, taken;

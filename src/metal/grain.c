@@ -19,7 +19,8 @@
 
 /* Nodes, or cells of seeds, between two looks at the caller. */
 #define PDI_GRAIN_POLL 65536
-/* A grain of so many times the metal: the chance that the metal has a second one is one over that. */
+/* A grain is at most this many times as large as the metal. The chance that the metal has a second one is then one over
+ * this number. */
 #define PDI_GRAIN_ONE 1e6
 
 /* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */

@@ -134,8 +134,8 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 /* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
-/* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is behind a film, and with its slope where there is none. */
+/* The line that touches V at c. Its slope is taken below c: above c the law may be steeper, or end. Behind a film a
+ * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -358,8 +358,8 @@ PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c
     return slowest;
 }
 
-/* The first concentration on the way from the low side to c at which the metal gives less than is asked on the line
- * between both: metal does not lift its fluid across the end of a law, or a slow part of it, in one step. c: none. */
+/* The first concentration on the way from the low side to c at which V is below the straight line between both points;
+ * c: none. So metal does not lift its fluid across the end of a law, or across a slow part of it, in one step. */
 static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double a = p->low_c;

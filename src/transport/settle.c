@@ -16,7 +16,7 @@
 #define PDI_SETTLE_SHARE 1e-4
 /* Corrections end when the defect after one is more than this share of the defect before. */
 #define PDI_SETTLE_SLOW 0.5
-/* The defect that they aim at: fluxes agree to what tables print. */
+/* The defect that corrections aim at: fluxes agree in all digits that tables print. */
 #define PDI_SETTLE_AIM 1e-10
 
 /* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
@@ -77,7 +77,8 @@ static double pdi_settle_rounding(const pd_transport *t)
     return size * s->volume * pdi_sum_total(&sum);
 }
 
-/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing does they hold to rounding. */
+/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing passes, 0 when they hold to
+ * rounding. */
 static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
@@ -96,7 +97,8 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
 
-/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). Returns the relative change of the field. */
+/* c + rest += delta, where rest keeps the digits that c cannot hold (Knuth's sum of two). Returns the relative change
+ * of the field. */
 static double pdi_settle_add(pd_transport *t, const double *delta)
 {
     double moved = 0.0, size = 0.0;
