@@ -154,8 +154,8 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
     }
 }
 
-/* The distance from the shape and from its repetitions behind those periodic sides of the frame that lie across axis d or
- * a later one. */
+/* The distance from the shape and from its repetitions behind those periodic sides of the frame that lie across axis d
+ * or a later one. */
 static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
 {
     if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
