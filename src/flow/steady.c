@@ -47,9 +47,9 @@ typedef struct pdi_steady_user {
 
 static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
-/* The units of both residuals: what they are scaled with. In a stage in time momentum counts in U rate where that is
- * more: an error of the velocity is then its size over U in either residual, and none of them drowns in the rounding of
- * the other. */
+/* The units that both residuals are scaled with. In a stage in time momentum counts in U rate where that is more. Then
+ * an error of the velocity counts as its size over U in either residual, and neither drowns in the rounding of the
+ * other. */
 static double pdi_steady_force(const pd_steady *s)
 {
     return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
@@ -416,8 +416,8 @@ typedef struct pdi_steady_path {
     int since;           /* Newton steps since it was */
 } pdi_steady_path;
 
-/* The state has moved by s->step and its residual has grown: shorter steps along the same direction, then none. Returns
- * the norm there; *taken: 0 or 1. */
+/* The state has moved by s->step and its residual has grown. Try shorter steps along this direction, then none. Returns
+ * the norm of the residual there; *taken: 0 or 1. */
 static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
 {
     double factor = 1.0, fresh = HUGE_VAL;
@@ -432,7 +432,7 @@ static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *ta
     return pdi_steady_residual(ctx, s, result);
 }
 
-/* What the linearisation did not foresee of the residual after a step: |r + sigma du|. */
+/* The part of the residual after a step that the linearisation does not give: |r + sigma du|. */
 static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;

@@ -88,7 +88,7 @@ static void pdi_folder_write(int lock, const char *text)
     (void)written; /* the number is for the message of others alone */
 }
 
-/* Removed while it is ours, so that nobody loses one. */
+/* The file is removed while this run holds its lock, so no other run loses one. */
 static void pdi_folder_drop(const char *path, int lock)
 {
     remove(path);

@@ -85,7 +85,7 @@ static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x,
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* A closed node up to a cell deep behind a place; -1: what stood there has dissolved. */
+/* A closed node up to a cell deep behind a place; -1: the metal that was there has dissolved. */
 static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
 {
     const pd_grid *grid = r->bonds->grid;

@@ -42,7 +42,7 @@ typedef struct pdi_read_flat {
     PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     double dx_file; /* dx before overrides */
-    int bonds;      /* metal goes by diffusion across the surface, for want of k_corr */
+    int bonds;      /* there is no k_corr: metal goes by diffusion across the surface */
 } pdi_read_flat;
 
 /* Keys that are read and have no effect, and why. */

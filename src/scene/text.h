@@ -26,7 +26,7 @@ typedef struct pd_section {
     int line;                 /* 0: not in the file */
     int group;                /* first section of the same name */
     int present;              /* stands in the file or has a pair */
-    int asked;                /* of the group's first section: somebody asked for that name */
+    int asked;                /* of the group's first section: a call has looked up that name */
 } pd_section;
 
 typedef struct pd_text_entry {
@@ -128,7 +128,7 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
 /* Report that the value of a key is not admissible: sets "file:line: key: message", returns PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                  ...) PD_PRINTF_LIKE(5, 6);
-/* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
+/* PD_ERR_PARSE when no call has read a section or key; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
 #endif
 

@@ -140,7 +140,7 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         pd_status status = pd_transport_implicit(ctx, t, PDI_SETTLE_LONG * limit, result);
         result->krylov = krylov += result->krylov;
         if (status < 0) return status;
-        /* what is owed belongs to a time that never was */
+        /* the carry belongs to a step that is no step in time */
         pdi_par_zero(ctx, t->grid->total, t->carry);
         for (int32_t i = 0; i < t->grid->total; i++) {
             if (t->grid->kind[i] != PD_FLUID) continue;
