@@ -43,7 +43,7 @@ typedef struct pd_allocator {
     size_t limit; /* [byte] 0: none */
 } pd_allocator;
 
-#define PD_MESSAGE_SIZE 640
+#define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
 
 /* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
  * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */

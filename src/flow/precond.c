@@ -7,8 +7,8 @@
 #define PDI_PRECOND_ROUGH 0.3
 
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
-#define PDI_PRECOND_EVEN 1.0
-#define PDI_PRECOND_ODD (-1.0)
+#define PDI_PRECOND_EVEN 1.0   /* of a scalar */
+#define PDI_PRECOND_ODD (-1.0) /* of a vector */
 
 /* The operands of a sweep. */
 typedef struct pdi_precond_sweep {

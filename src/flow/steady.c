@@ -7,7 +7,7 @@
 
 /* First pseudo time step: L/U over this. */
 #define PDI_STEADY_SHIFT 1.0
-/* The same after a change of geometry, over this: the old state is near. */
+/* First pseudo time step after a change of geometry: L/U over this. The old state is near. */
 #define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
@@ -18,8 +18,8 @@
 
 /* A pseudo time step that is this many times shorter than the planned one is hopeless. */
 #define PDI_STEADY_MAX_BOOST 1e8
-/* What the linearisation may miss of the residual in a step: more calls for a shorter pseudo time step, a quarter of it
- * allows a longer one. */
+/* Share of the residual that the linearisation may miss in a step. Above it the next pseudo time step is shorter, below
+ * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
 /* The last Newton step aims at this share of the tolerance. */

@@ -10,7 +10,7 @@ typedef enum pd_map {
 } pd_map;
 
 #ifdef PDI_INTERNAL
-#define PDI_COLOUR_COUNT 256
+#define PDI_COLOUR_COUNT 256 /* colours of a table */
 /* 0xRRGGBB from low to high, for the first two maps. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
 /* The colour of a whole number. */

@@ -64,7 +64,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close and remove what was written aside. Allowed on a closed or zeroed file. */
 PDI_FN void pdi_file_abandon(pd_file *file);
 
-#define PDI_NUMBER_SIZE 40
+#define PDI_NUMBER_SIZE 40 /* [byte] of a number as text with its end */
 /* The shortest decimal text that reads back as the same bits ("0.1", "1e-09", "nan"), whatever the locale. */
 PDI_FN void pdi_file_number(double value, char *text);
 /* The reverse: the whole of text[0..length) must be one number. Returns 1 when it is. */

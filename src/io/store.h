@@ -13,7 +13,7 @@
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_STORE_FORMAT 2u
+#define PD_STORE_FORMAT 2u /* of the file */
 #define PD_STORE_NAME 32 /* [byte] of a name with its end */
 
 /* Zero-initialise. */

@@ -9,7 +9,7 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2)
-#define PDI_QUADRATIC_ROWS 96
+#define PDI_QUADRATIC_ROWS 96 /* most data of a fit */
 #define PDI_QUADRATIC_SQUARE 4 /* largest squared length of the bonds whose ends count, in cells */
 typedef struct pdi_quadratic {
     double x[PD_DIM], h[PD_DIM]; /* [m] the place, and the unit of lengths along each axis */

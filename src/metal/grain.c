@@ -7,15 +7,15 @@
 #include <string.h>
 
 /* id values while the grains are built */
-#define PDI_GRAIN_FAR (-1)
-#define PDI_GRAIN_WANTED (-2)
-#define PDI_GRAIN_UNSURE (-3)
-#define PDI_GRAIN_NEW (-4)
+#define PDI_GRAIN_FAR (-1)    /* too far from metal to have a grain */
+#define PDI_GRAIN_WANTED (-2) /* gets a grain */
+#define PDI_GRAIN_UNSURE (-3) /* its nearest seed may not have been made */
+#define PDI_GRAIN_NEW (-4)    /* marked in the present sweep */
 
-/* Streams of random numbers: 0 orientation, 1 shift, 2 + cell hash: the seeds of a cell. */
-#define PDI_GRAIN_STREAM_TURN 0
-#define PDI_GRAIN_STREAM_SHIFT 1
-#define PDI_GRAIN_STREAM_CELL 2
+/* Streams of random numbers. */
+#define PDI_GRAIN_STREAM_TURN 0  /* orientation */
+#define PDI_GRAIN_STREAM_SHIFT 1 /* shift */
+#define PDI_GRAIN_STREAM_CELL 2  /* plus the hash of a cell: the seeds of the cell */
 
 /* Nodes, or cells of seeds, between two looks at the caller. */
 #define PDI_GRAIN_POLL 65536

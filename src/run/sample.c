@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
-#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* that a point may touch */
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 

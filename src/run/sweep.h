@@ -13,10 +13,10 @@
 #define PD_SWEEP_H
 #include "run/run.h"
 
-#define PD_SWEEP_AXES 8
-#define PD_SWEEP_RUNS 4096
+#define PD_SWEEP_AXES 8 /* most axes */
+#define PD_SWEEP_RUNS 4096 /* most runs */
 #define PD_SWEEP_VALUE 128 /* [byte] "key=value" of an axis */
-#define PD_SWEEP_OVERRIDES 64
+#define PD_SWEEP_OVERRIDES 64 /* most overrides beside the axes */
 
 /* Zero-initialise. All of it is borrowed as long as the sweep lives. */
 typedef struct pd_sweep_desc {

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_FLAT_FRAMES 20.0
+#define PDI_READ_FLAT_FRAMES 20.0 /* pictures of a run */
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
  * itself is refused. */

@@ -13,14 +13,14 @@
 #include "scene/expr.h"
 #include "scene/text.h"
 
-#define PD_SETUP_NAME 64
-#define PD_SETUP_PROBES 16
-#define PD_SETUP_MONITORS 32
-#define PD_SETUP_NOTES 48
-#define PD_SETUP_MASKS 8
-#define PD_SETUP_WALLS 32
+#define PD_SETUP_NAME 64 /* [byte] of a name with its end */
+#define PD_SETUP_PROBES 16 /* most [probe] sections */
+#define PD_SETUP_MONITORS 32 /* most monitors */
+#define PD_SETUP_NOTES 48 /* most notes */
+#define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
-#define PD_SETUP_RECORDS 8
+#define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 
 /* What can be written, drawn and probed. */

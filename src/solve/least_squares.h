@@ -8,7 +8,7 @@
 #define PD_LEAST_SQUARES_H
 #include "core/base.h"
 
-#define PD_LEAST_SQUARES_PARAMETERS 8
+#define PD_LEAST_SQUARES_PARAMETERS 8 /* most parameters */
 
 /* residual[points]: (function - data)/spread at value[parameters]. A failure ends the fit. */
 typedef pd_status (*pd_least_squares_fn)(pd_ctx *ctx, void *user, const double *value, double *residual);
