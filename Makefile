@@ -173,7 +173,7 @@ $(BUILD)/fuzz/obj/%.o: src/%.c $(HEADERS)
 $(FUZZERS:%=$(BUILD)/fuzz/%): $(BUILD)/fuzz/%: tests/fuzz/%.c tests/fuzz/fuzz.h $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o)
 	$(building) clang $(FUZZ_FLAGS) -fsanitize=fuzzer,$(FUZZ_CHECKS) -Isrc $< $(SOURCES:src/%.c=$(BUILD)/fuzz/obj/%.o) -o $@ -lm
 
-# Clean on src/ in every dimension: .clang-tidy tells the checks of clang-tidy, tools/static.sh those of cppcheck.
+# Clean on src/ in every dimension: .clang-tidy lists the checks of clang-tidy, tools/static.sh those of cppcheck.
 .PHONY: static static-quick valgrind test32
 static: ## clang-tidy and cppcheck on src/, in three dimensions, as far as they are installed
 	sh tools/static.sh "1 2 3" cppcheck clang-tidy

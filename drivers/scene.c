@@ -48,7 +48,7 @@ typedef struct screen {
     int open; /* a progress line stands without its newline */
 } screen;
 
-/* A signal this soon after the first is the same one, told twice: to the program and its group, as timeout(1) does. */
+/* A signal this soon after the first is the same one, sent twice: to the program and its group, as timeout(1) does. */
 #define ECHO 1.0 /* [s] */
 
 static volatile sig_atomic_t interrupted;

@@ -1,5 +1,5 @@
 /* fault: an allocator for the hook of a context that fails at a chosen call, counts live blocks and compares the sizes
- * it is told; and the sweep over all calls of a piece of work. */
+ * it is given; and the sweep over all calls of a piece of work. */
 #ifndef FAULT_H
 #define FAULT_H
 #include "core/base.h"
@@ -11,7 +11,7 @@ typedef struct fault {
     long fail_at;  /* number of the call that fails, from 1; 0: none */
     int for_good;  /* and all behind it */
     long live;     /* blocks */
-    long wrong;    /* blocks whose size was told wrong */
+    long wrong;    /* blocks whose size was given wrong */
     size_t bytes, peak; /* [byte] in live blocks */
 } fault;
 

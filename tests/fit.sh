@@ -1,7 +1,7 @@
 #!/bin/sh
 # slow: yes
 # Measured points on the command line: the scene of the measured wire meets its scans, a fit finds what closed forms
-# give, and bad input is told in one line.
+# give, and bad input gives a message of one line.
 . tests/lib/script.sh
 OMP_NUM_THREADS=1
 export OMP_NUM_THREADS

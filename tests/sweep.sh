@@ -75,7 +75,7 @@ wait $!
 [ $? = 3 ]
 verdict "a run of a sweep goes on by itself" $?
 
-# told at once, before anything runs
+# refused at once, before anything runs
 refused() {
     expected=$1
     shift

@@ -498,7 +498,7 @@ TEST(cut_points_on_round_surfaces)
 
 /* ---- memory faults ---- */
 
-/* An allocator that fails at its call number `fail_at` and compares the sizes it is told. */
+/* An allocator that fails at its call number `fail_at` and compares the sizes it is given. */
 typedef struct faulty {
     int calls, fail_at, live, wrong_size;
 } faulty;

@@ -221,7 +221,7 @@ TEST(pencil_electrode)
     }
 }
 
-/* Either drive is of first order: the rate is so fast that diffusion alone tells the depth. Fluid at Csat begins one
+/* Either drive is of first order: the rate is so fast that diffusion alone decides the depth. Fluid at Csat begins one
  * cell early, which is worth h/(2 lambda sqrt(D t)) = h/25 um of the depth at 10 s at most. */
 TEST(pencil_by_either_drive)
 {

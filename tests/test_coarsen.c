@@ -119,7 +119,7 @@ TEST(degenerate)
     }
 }
 
-/* NaN in the right-hand side comes out as NaN, so that the Krylov solver can tell. */
+/* NaN in the right-hand side comes out as NaN, so that the Krylov solver sees it. */
 TEST(not_a_number)
 {
     problem p;

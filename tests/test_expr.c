@@ -252,7 +252,7 @@ TEST(place_and_unit_of_the_caller)
     pdi_expr_free(&ctx, &expr);
     desc.unit = "nonsense";
     CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
-    desc.unit = NULL; /* any dimension; the result tells which */
+    desc.unit = NULL; /* any dimension; the result has it */
     CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr));
     CHECK_NEAR(expr.dims.e[0], 1, 0);
     CHECK_NEAR(expr.dims.e[2], -1, 0);

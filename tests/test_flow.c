@@ -373,7 +373,7 @@ TEST(update_of_dissolved_nodes)
     flow_free(s);
 }
 
-/* An allocator that fails at its call number `fail_at` and compares the sizes it is told. */
+/* An allocator that fails at its call number `fail_at` and compares the sizes it is given. */
 typedef struct faulty {
     int calls, fail_at, live, wrong_size;
 } faulty;

@@ -273,7 +273,7 @@ TEST(inlets_are_odd)
             int32_t ghost = g->node[g->count + k];
             int i[PD_DIM];
             pdi_grid_index(&s.grid, ghost, i);
-            i[0] = -1 - i[0]; /* the mirror image of it behind the same of the other sides */
+            i[0] = -1 - i[0]; /* its mirror image along axis 0, behind the same other sides */
             int32_t inner = pd_grid_node(&s.grid, i);
             for (int d = 0; d < PD_DIM; d++) {
                 const double *v = s.field[V] + (int64_t)d * s.grid.total;

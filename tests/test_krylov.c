@@ -368,7 +368,7 @@ TEST(not_a_number)
         }
 }
 
-/* Stopped early: x is the best iterate and result tells its true residual. */
+/* Stopped early: x is the best iterate and result has its true residual. */
 TEST(not_converged)
 {
     enum { N = 200 };

@@ -124,7 +124,7 @@ TEST(line)
     }
 }
 
-/* The slope may not pass 0.9: the line then goes through the mean, and the bound is told. */
+/* The slope may not pass 0.9: the line then goes through the mean, and the result names the bound. */
 TEST(bound)
 {
     pd_ctx ctx;

@@ -114,7 +114,7 @@ TEST(comes_back)
     CHECK_LE(machine_run(&m, 1e-4, 30.0), 0.6);
 }
 
-/* Loops that never come twice tell nothing, and the threads stay. */
+/* Loops that never come twice give nothing to compare, and the threads stay. */
 TEST(no_loop_twice)
 {
     machine m;

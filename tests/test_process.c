@@ -327,7 +327,7 @@ static void goes_on(const char *text, const char *what)
     "[gas] rho = if(x < 0.5 m, 1 kg/m3, 0.125 kg/m3)  p = if(x < 0.5 m, 1 Pa, 0.1 Pa)  vx = 0.4 m/s\n" \
     "[run] until = 1 s\n"
 
-/* Waves leave and gas enters: mass and energy are told by what passes the sides. */
+/* Waves leave and gas enters: mass and energy are known from what passes the sides. */
 TEST(gas_through_sides)
 {
     pd_ctx ctx;

@@ -609,7 +609,7 @@ static void derivative_of_faint_fields(scene *s, double *x, const double *by, do
     }
 }
 
-/* The derivative of the limited fluxes along a random direction is what central differences tell: beside inlets,
+/* The derivative of the limited fluxes along a random direction is what central differences give: beside inlets,
  * outlets, closed bonds, held walls, images, in whole families. */
 TEST(derivative_of_limited_fluxes)
 {

@@ -23,7 +23,7 @@ constants() {
     done | grep -v '^config|' | sort -u
 }
 
-# The same of the list.
+# "module|NAME|value" of all constants of the list.
 listed() {
     awk -F'|' '/^## All/ { all = 1 }
         all && /^\| `/ { gsub(/[ `]/, "", $2); gsub(/ /, "", $3); gsub(/^ | $/, "", $4)

@@ -10,7 +10,7 @@
 #   ; ROW                 first cell of the row, in a summary "case, 2D: part, measure"; `max`, `min`, `last`: of all
 #   ; COLUMN              heading
 #   ; x100                factor, where there is one
-#   REPORT summary; met; count          number of goals (missed: likewise)
+#   REPORT summary; met; count          number of goals (missed: those missed)
 #   count GLOB            number of files; in words, too
 #   run PROGRAM ARGUMENTS; KEY; x100    of the result line of a run; held against it with --runs only
 #   from FILE             stands in the log or the comments of that file, which has to be there

@@ -170,7 +170,7 @@ static void bench_time(bench *b, bench_job *job, int jobs, int threads)
     b->ctx->threads = b->threads;
 }
 
-/* 1 when times of several threads mean something: one thread had its core to itself. Else a note tells it. */
+/* 1 when times of several threads mean something: one thread had its core to itself. Otherwise a note is added. */
 static int bench_alone(bench *b)
 {
     char text[160];

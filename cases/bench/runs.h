@@ -134,7 +134,7 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
     if (s->cpu > 0.0) bench_judge(b, what, 0, s->cpu, cpu);
 }
 
-/* A context of its own tells the memory of the run. */
+/* The run has a context of its own, which counts the memory of this run alone. */
 static pd_status scene_once(bench *b, const scene_run *s)
 {
     const char *const *overrides = b->quick ? s->quick : s->full;

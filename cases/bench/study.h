@@ -9,7 +9,7 @@ typedef struct study_point {
     int family;
     char knob[48]; /* what changes along the family */
     double err, cpu, wall;
-    double steps, evals; /* 0: not told */
+    double steps, evals; /* 0: not known */
 } study_point;
 
 typedef struct study {

@@ -87,8 +87,8 @@ static uint32_t stab_noise(double *x, const pd_grid *grid, double mean, double s
 
 /* ---- explicit transport ---- */
 
-/* x: cell Peclet number U h/D. D = 1. A step of the code at its limit tells the operator: nothing is divided by a small
- * number. Bounded: every coefficient of the step is at least 0. */
+/* x: cell Peclet number U h/D. D = 1. The operator is found from a step of the code at its limit, so nothing is divided
+ * by a small number. Bounded: every coefficient of the step is at least 0. */
 static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
 {
     symbol s;

@@ -2,7 +2,7 @@
  *
  * A case has parts, a part has levels. The driver calls the part's run function once a level with a fresh lab, takes
  * the times, works out the orders of convergence and judges the goals. To add a case: write its run functions into the
- * file of its room (operators, flow, transport, dissolution), give it an entry there, list it in the table of cases.c.
+ * file of its room (operators, flow, transport, dissolution), give it an entry there, list it in the table of cases.h.
  */
 #ifndef VAL_CASE_H
 #define VAL_CASE_H
@@ -121,7 +121,7 @@ typedef struct val_result {
     val_level level[VAL_LEVELS];
     val_outcome out[VAL_LEVELS];
     int levels;
-    int failed; /* a run function failed; the message tells why */
+    int failed; /* a run function failed; the message says why */
     char message[PD_MESSAGE_SIZE];
     val_profile profile;
 } val_result;

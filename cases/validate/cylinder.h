@@ -34,7 +34,7 @@ static void cylinder_profile(void *user, const double *x, double *u)
 }
 
 /* Pressure [Pa] on the surface, in the middle between the ends of the cylinder: `side` -1 in front, 1 behind. The mean
- * of what the nodes nearest to the place tell. */
+ * of the values that the nearest nodes give there. */
 static double cylinder_pressure(const val_lab *lab, int side)
 {
     const pd_grid *grid = &lab->grid;

@@ -101,7 +101,7 @@ static peer_row peer_state(const val_lab *lab)
 static double peer_off(double found, double stored, double scale) { return fabs(found - stored) / scale; }
 
 /* Stored times are `apart` [s] apart, the first of them is the start. Differences are over the metal of the start. The
- * last figure tells how far the fluid gets above saturation. */
+ * last figure is how far the fluid gets above saturation. */
 static pd_status peer_compare(val_job *job, const peer_row *row, double apart)
 {
     double *err = job->out->err;

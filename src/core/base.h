@@ -43,7 +43,7 @@ typedef struct pd_allocator {
     size_t limit; /* [byte] 0: none */
 } pd_allocator;
 
-#define PD_MESSAGE_SIZE 640
+#define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
 
 /* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
  * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */
@@ -79,7 +79,7 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     PD_PRINTF_LIKE(4, 5);
 /* Print behind `text` of `size` bytes; what does not fit is left out. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
+/* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
 static inline int pdi_is_final(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;

@@ -2,14 +2,14 @@
 #include "core/pace.h"
 #include <math.h>
 
-/* [s] Times are compared over windows of several time slices, which schedulers choose between 1 and 24 ms, and those
- * behind a change of hands are left out for as long: threads that wait spin for up to 14 ms before they sleep. */
+/* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
+/* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
 #define PDI_PACE_SETTLE 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
 #define PDI_PACE_LOST (1.0 / 6.0)
-/* [s] One thread needs less for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. Tells of loops that are
- * late each time; where a machine is slower than that, it makes for a trial now and then. */
+/* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
+ * takes longer is late. A machine that is slower than this makes a trial now and then. */
 #define PDI_PACE_SLOW 2e-9
 /* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
 #define PDI_PACE_REST 20.0

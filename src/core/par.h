@@ -23,11 +23,11 @@
 #endif
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
- * faster (pace). And without regard to pace. */
+ * faster (pace). pdi_par_offered: without regard to pace. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
-/* The same around a loop that tells pace what it takes: `times` times the work in one fork. Loops of one sort, work and
- * times take the same time. */
+/* pdi_par_begin returns the threads for a loop, and pdi_par_end gives pace the time that the loop took: `times` times
+ * the work in one fork. Loops of one sort, work and times take the same time. */
 typedef struct pdi_par_watch {
     int threads;
     uint64_t key;

@@ -2,7 +2,7 @@
 #include "core/rng.h"
 #include <math.h>
 
-#define PDI_RNG_ROUNDS 10
+#define PDI_RNG_ROUNDS 10 /* of the generator (Salmon et al. 2011) */
 
 PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_t *out)
 {

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of a node that a step takes over the error of the loss that it is taken for. */
+/* `fraction`, the largest share of a node that a step takes, over the default of rtol, the error of the loss. */
 #define PDI_COUPLE_FRACTION 25.0
 
 pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
@@ -122,7 +122,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
-/* Nodes have turned fluid: let all that follows from kinds follow. */
+/* Nodes have turned fluid: renew all that depends on the kinds of nodes. */
 static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
@@ -132,7 +132,8 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
     return PD_OK;
 }
 
-/* The step of the run when the first process that moves goes through steps of its own: the longest that suits all. */
+/* The step of the run when the first process that moves takes several steps of its own in it: the longest that suits
+ * all. */
 static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
@@ -285,7 +286,7 @@ static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *a
     return PD_OK;
 }
 
-/* Turn the metal of the grid fluid where `kind` says so, and let all that follows from kinds follow. */
+/* Turn the metal of the grid fluid where `kind` says so, and renew all that depends on the kinds of nodes. */
 static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;

@@ -10,8 +10,8 @@
 #include "lattice/bond.h"
 #include "solve/process.h"
 
-#define PD_COUPLE_PROCESSES 8
-#define PD_COUPLE_ELEMENTS 8
+#define PD_COUPLE_PROCESSES 8 /* most processes of a run */
+#define PD_COUPLE_ELEMENTS 8  /* most elements with a ledger */
 
 /* Amounts of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
  * imbalance = solid + dissolved + carry + out - in - start. */

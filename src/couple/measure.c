@@ -54,7 +54,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+/* Area of the surfaces that give metal, as row r sees it. Each of its bonds that ends behind such a surface counts
  * c(n) V. */
 static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
 {

@@ -277,7 +277,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
         pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
-/* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
+/* The open bonds of the rows from r. Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {

@@ -11,7 +11,7 @@ static void pdi_force_cancel(const pd_grid *grid, double *force)
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
 }
 
-/* What is asked for: surfaces between lo and hi, of one shape, of the sides or of all. Sums: friction, pressure. */
+/* The wanted force: on surfaces between lo and hi, of one shape, of the sides or of all. Sums: friction, pressure. */
 typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
@@ -29,7 +29,7 @@ static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
     return pdi_grid_level(q->flow->grid, q->shape, x) <= 0.0;
 }
 
-/* The same, and it meets the surface between lo and hi. Behind a periodic side the surface goes on. */
+/* 1 when this holds and the bond meets the surface between lo and hi. Behind a periodic side the surface goes on. */
 static int pdi_force_asked(const pdi_force_query *q, const pdi_bond_end *end)
 {
     double at[PD_DIM];

@@ -18,16 +18,15 @@
  * momentum on the surface. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
-/* The same of one shape (its index in the shapes of the grid): of closed cells whose centres lie in it, metal that has
- * not dissolved and walls alike. Cells of several shapes count for each. PD_FORCE_SIDES: of the sides of the box, which
- * are no part of a shape; PD_FORCE_ALL: of everything. */
-#define PD_FORCE_ALL (-1)
-#define PD_FORCE_SIDES (-2)
+/* The force as above, on one shape. shape is its index in the shapes of the grid. The shape has the closed cells whose
+ * centres lie in it: walls, and metal that has not dissolved. A cell of several shapes counts for each. */
+#define PD_FORCE_ALL (-1)   /* as shape: everything */
+#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
 PD_API void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                            double *friction, double *pressure);
-/* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;
- * the body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies within two cells
- * of a side. */
+/* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a
+ * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
+ * within two cells of a side. */
 PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
 
 #endif

@@ -14,6 +14,7 @@
 /* Places of the fields. */
 #define PDI_GAS_V 1
 #define PDI_GAS_P (PD_DIM + 1)
+/* Most halvings of a step before the run fails. */
 #define PDI_GAS_HALVINGS 20
 /* Rounds in which nodes fall back to first order within a stage. */
 #define PDI_GAS_ROUNDS 8

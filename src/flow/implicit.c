@@ -5,11 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Step control: the largest change of one step to the next. */
+/* A step is at most this many times the one before. */
 #define PDI_IMPLICIT_GROWTH 3.0
+/* A step that is repeated is at least this share of the one that failed. */
 #define PDI_IMPLICIT_SHRINK 0.2
 /* Default tolerance of the stages over that of a step. */
 #define PDI_IMPLICIT_STAGE 1e-3
+/* Share of the first step below which no shorter step is tried: the run fails. */
 #define PDI_IMPLICIT_SMALLEST 1e-12
 /* Weight of the pressure flux beside the impulse of a start. What it leaves of the divergence is that share of the
  * error that the lattice makes in the impulse. */
@@ -250,7 +252,7 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The slope at the end of the last step tells nothing about fluid that is new. */
+/* The slope at the end of the last step is unknown in fluid that is new. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;

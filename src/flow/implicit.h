@@ -26,7 +26,7 @@ typedef struct pd_implicit {
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
-    double last;           /* [s] the last step; 0: it tells nothing about the next one */
+    double last;           /* [s] the last step; 0: the next step does not use it */
     int projected;         /* the start obeys continuity and the inlets */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;

@@ -7,8 +7,8 @@
 #define PDI_PRECOND_ROUGH 0.3
 
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
-#define PDI_PRECOND_EVEN 1.0
-#define PDI_PRECOND_ODD (-1.0)
+#define PDI_PRECOND_EVEN 1.0   /* of a scalar */
+#define PDI_PRECOND_ODD (-1.0) /* of a vector */
 
 /* The operands of a sweep. */
 typedef struct pdi_precond_sweep {
@@ -19,8 +19,8 @@ typedef struct pdi_precond_sweep {
 
 /* ---- mobility ---- */
 
-/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`: fluid that fills a slit moves as
- * the parabola, with 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
+/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`. Fluid between two walls moves as
+ * a parabola, so 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
 static void pdi_precond_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above,
                              double *drag)
 {

@@ -16,8 +16,8 @@ typedef struct pdi_precond {
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;
 
-/* mobility [total] [s]: how fast fluid moves in a pressure gradient that is the same all over, about: one over the sum
- * of `shift` [1/s] and of the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
+/* mobility [total] [s]: about the velocity of the fluid over a uniform pressure gradient. It is one over the sum of
+ * `shift` [1/s] and the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
 PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
 
 /* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */

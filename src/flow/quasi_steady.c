@@ -9,14 +9,14 @@
 /* A residual that may do as a tolerance. */
 #define PDI_QUASI_STEADY_NEARLY 1e-3
 
-/* Factor between what enters and what the inlets push that no lattice explains: 1 but for some per cent, 1.7 with metal
- * within a horizon of the inlet (test_couple). */
+/* What enters over what the inlets push is 1 but for some per cent, and 1.7 with metal within a horizon of the inlet
+ * (test_couple). No lattice explains a factor above this one. */
 #define PDI_QUASI_STEADY_ENTERS 2.0
 /* Inlets whose sum is below this share of them feed each other. */
 #define PDI_QUASI_STEADY_FEEDS 1e-6
 
-/* Fluxes that contradict each other are no result: between metal and walls that the horizon spans the equations of the
- * lattice may have a solution that is none. */
+/* Fails when the fluxes contradict each other. Where a horizon spans the gap between metal and walls, a solution of the
+ * equations of the lattice may be no flow. */
 static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_PLACE];
@@ -38,7 +38,8 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
+/* Fails with a message where what enters cannot leave, which is why the flow solve failed. Returns `status` where there
+ * is another reason. */
 static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
@@ -54,7 +55,7 @@ static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q,
                     q->time, pdi_grid_place(q->flow->grid, node, place));
 }
 
-/* What a flow solve has reached that made no more progress, and what helps. */
+/* A message for a flow solve that made no more progress: what it has reached, and what helps. */
 static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
@@ -93,7 +94,8 @@ static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* What stands outside becomes that of time t; the flow follows when it has moved by more than its tolerance. */
+/* Inlets, walls and forces become those of time t. The flow is solved again when they have moved by more than its
+ * tolerance. */
 static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;

@@ -12,7 +12,7 @@
 #define PDI_SPECTRUM_WAVES 4
 #define PDI_SPECTRUM_REFINED 6  /* halvings of the distance of waves around the worst */
 #define PDI_SPECTRUM_LANCZOS 40 /* steps for the norm of a gradient with cut families */
-#define PDI_SPECTRUM_ANGLES 48
+#define PDI_SPECTRUM_ANGLES 48 /* steps of the share of the energy in the density, from none to all */
 #define PDI_SPECTRUM_SAFETY 0.98 /* [-] for what lies between waves, and what Lanczos steps have not found */
 #define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* end of the region on the imaginary axis */
 

@@ -7,7 +7,7 @@
 
 /* First pseudo time step: L/U over this. */
 #define PDI_STEADY_SHIFT 1.0
-/* The same after a change of geometry, over this: the old state is near. */
+/* First pseudo time step after a change of geometry: L/U over this. The old state is near. */
 #define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
@@ -16,24 +16,25 @@
 /* Newton steps in which the residual is halved, or the solve ends. */
 #define PDI_STEADY_PATIENCE 40
 
-/* Pseudo time steps shorter than this against the planned one are hopeless. */
+/* A pseudo time step that is this many times shorter than the planned one is hopeless. */
 #define PDI_STEADY_MAX_BOOST 1e8
-/* What the linearisation may miss of the residual in a step: more calls for a shorter pseudo time step, a quarter of it
- * allows a longer one. */
+/* Share of the residual that the linearisation may miss in a step. Above it the next pseudo time step is shorter, below
+ * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Share of the divergence left by the potential that takes it off, and the most iterations for it: rounding may be more
- * than that share. */
+/* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
 #define PDI_STEADY_ROUNDING 1e-19
 
-/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
+/* Most Newton steps of a stage in time. */
 #define PDI_STEADY_STAGE 8
+/* Loosest linear tolerance of such a Newton step. */
 #define PDI_STEADY_STAGE_FORCING 0.1
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
@@ -46,9 +47,9 @@ typedef struct pdi_steady_user {
 
 static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
-/* The units of both residuals: what they are scaled with. In a stage in time momentum counts in U rate where that is
- * more: an error of the velocity is then its size over U in either residual, and none of them drowns in the rounding of
- * the other. */
+/* The units that both residuals are scaled with. In a stage in time momentum counts in U rate where that is more. Then
+ * an error of the velocity counts as its size over U in either residual, and neither drowns in the rounding of the
+ * other. */
 static double pdi_steady_force(const pd_steady *s)
 {
     return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
@@ -415,8 +416,8 @@ typedef struct pdi_steady_path {
     int since;           /* Newton steps since it was */
 } pdi_steady_path;
 
-/* The state has moved by s->step and its residual has grown: shorter steps along the same direction, then none. Returns
- * the norm there; *taken: 0 or 1. */
+/* The state has moved by s->step and its residual has grown. Try shorter steps along this direction, then none. Returns
+ * the norm of the residual there; *taken: 0 or 1. */
 static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
 {
     double factor = 1.0, fresh = HUGE_VAL;
@@ -431,7 +432,7 @@ static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *ta
     return pdi_steady_residual(ctx, s, result);
 }
 
-/* What the linearisation did not foresee of the residual after a step: |r + sigma du|. */
+/* The part of the residual after a step that the linearisation does not give: |r + sigma du|. */
 static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;

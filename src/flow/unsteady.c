@@ -177,12 +177,12 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
- * nothing but the state. */
+/* Rounded up to whole parts of 1/128. So a limit is computed again when the state has changed by as much, and depends
+ * on the state alone. */
 static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
 
-/* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,
- * local over rest speed of sound, largest specific volume over that at rest. */
+/* Upper bounds of the present state, key [PD_DIM+2]: the largest components of the velocity over c0, the largest speed
+ * of sound over that at rest, the largest specific volume over that at rest. */
 static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
 {
     const pd_grid *grid = un->flow->grid;

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_CANVAS_COLUMNS 5
+#define PDI_CANVAS_COLUMNS 5 /* width of a glyph */
 #define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
 
 /* Glyphs of ASCII 32..126; bit 5 r + c is the dot in row r, column c. */

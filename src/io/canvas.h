@@ -8,8 +8,8 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_CANVAS_CAPITAL 14 /* height of a capital letter */
-#define PDI_CANVAS_INK 0x202124u
-#define PDI_CANVAS_PAPER 0xFFFFFFu
+#define PDI_CANVAS_INK 0x202124u /* colour of text */
+#define PDI_CANVAS_PAPER 0xFFFFFFu /* colour of the ground */
 
 typedef struct pdi_canvas {
     pd_image image;

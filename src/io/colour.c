@@ -3,7 +3,7 @@
 #include <math.h>
 
 #define PDI_COLOUR_FINE 2048 /* samples for the arc length */
-#define PDI_COLOUR_DEGREE 0.017453292519943295
+#define PDI_COLOUR_DEGREE 0.017453292519943295 /* [rad] one degree */
 
 typedef struct pdi_colour_lab {
     double l, a, b;

@@ -10,12 +10,12 @@ typedef enum pd_map {
 } pd_map;
 
 #ifdef PDI_INTERNAL
-#define PDI_COLOUR_COUNT 256
+#define PDI_COLOUR_COUNT 256 /* colours of a table */
 /* 0xRRGGBB from low to high, for the first two maps. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
 /* The colour of a whole number. */
 PDI_FN uint32_t pdi_colour_label(int64_t number);
-/* Colour of curve k of a plot (Okabe and Ito 2008: told apart by colour-blind readers). */
+/* Colour of curve k of a plot (Okabe and Ito 2008: colour-blind readers can distinguish them). */
 PDI_FN uint32_t pdi_colour_series(int k);
 #endif
 

@@ -265,7 +265,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
     if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "commit of a file that is not open");
     pd_status status = PD_OK;
     errno = 0;
-    /* An error of an earlier write that the caller passed over must not end in a file under the final name. */
+    /* A caller may have ignored the error of an earlier write: the file must not get its final name then. */
     int broken = ferror((FILE *)file->stream);
     int closed = fclose((FILE *)file->stream);
     file->stream = NULL;

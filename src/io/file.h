@@ -34,7 +34,7 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
 
 /* 1: the path stays below the folder it is taken from: not absolute, no drive, no '..' among its parts. */
 PDI_FN int pdi_file_below(const char *path);
-/* What making the directory and files in it would be refused for, as far as that can be told without trying. */
+/* PD_OK, or why the directory or files in it could not be made, as far as that is known without trying. */
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path);
 /* Read a whole file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be parsed in
  * place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, larger than the limit. */
@@ -64,7 +64,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close and remove what was written aside. Allowed on a closed or zeroed file. */
 PDI_FN void pdi_file_abandon(pd_file *file);
 
-#define PDI_NUMBER_SIZE 40
+#define PDI_NUMBER_SIZE 40 /* [byte] of a number as text with its end */
 /* The shortest decimal text that reads back as the same bits ("0.1", "1e-09", "nan"), whatever the locale. */
 PDI_FN void pdi_file_number(double value, char *text);
 /* The reverse: the whole of text[0..length) must be one number. Returns 1 when it is. */

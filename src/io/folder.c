@@ -52,7 +52,7 @@ static int pdi_folder_busy(int lock)
 {
     errno = 0;
 #if defined(LOCK_EX)
-    /* belongs to the descriptor, so it tells two runs of one process apart */
+    /* the lock belongs to the descriptor, so two runs of one process exclude each other */
     return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
 #else
     struct flock whole;
@@ -88,7 +88,7 @@ static void pdi_folder_write(int lock, const char *text)
     (void)written; /* the number is for the message of others alone */
 }
 
-/* Removed while it is ours, so that nobody loses one. */
+/* The file is removed while this run holds its lock, so no other run loses one. */
 static void pdi_folder_drop(const char *path, int lock)
 {
     remove(path);
@@ -252,7 +252,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
     FILE *there = fopen(list, "rb");
-    if (!there) return PD_OK; /* nothing to go on with, which the checkpoint will tell */
+    if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
     return pdi_folder_hold(ctx, f);
 }

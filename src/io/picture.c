@@ -6,13 +6,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PICTURE_WIDTH 1000 /* pixels the field aims at */
-#define PDI_PICTURE_HEIGHT 900
+#define PDI_PICTURE_WIDTH 1000 /* pixels that the width of the field aims at */
+#define PDI_PICTURE_HEIGHT 900 /* pixels that its height aims at */
 #define PDI_PICTURE_LARGEST 1400 /* beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
-#define PDI_PICTURE_SOLID 0x9A9DA1u
-#define PDI_PICTURE_WALL 0x3C4043u
-#define PDI_PICTURE_NAN 0xFF00FFu
+#define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
+#define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
+#define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
 #define PDI_PICTURE_BAR 22 /* width of the colour bar */
 
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */

@@ -7,12 +7,12 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PLOT_GRID 0xE3E5E8u
+#define PDI_PLOT_GRID 0xE3E5E8u /* colour of grid lines */
 #define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
-#define PDI_PLOT_LINE 2.5
+#define PDI_PLOT_LINE 2.5 /* [pixel] width of a curve */
 #define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
 #define PDI_PLOT_CAP 5.0 /* [pixel] half the stroke at its ends */
-#define PDI_PLOT_LEGEND_ROW 26
+#define PDI_PLOT_LEGEND_ROW 26 /* [pixel] height of a row */
 
 typedef struct pdi_plot_layout {
     int left, top, right, bottom; /* of the axes */
@@ -150,7 +150,7 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     }
 }
 
-/* Six shapes, so that curves are told apart in gray print too. */
+/* Six shapes, so that curves differ in gray print too. */
 static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
 {
     static const double corner[6][8] = {

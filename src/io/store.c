@@ -4,10 +4,10 @@
 #include <string.h>
 
 #define PDI_STORE_MAGIC "PDSTORE\n"
-#define PDI_STORE_ORDER 0x01020304u
-#define PDI_STORE_FOREIGN 0x04030201u
-#define PDI_STORE_HEAD 64
-#define PDI_STORE_ITEM 48
+#define PDI_STORE_ORDER 0x01020304u /* mark of the byte order */
+#define PDI_STORE_FOREIGN 0x04030201u /* that mark in the other order */
+#define PDI_STORE_HEAD 64 /* [byte] */
+#define PDI_STORE_ITEM 48 /* [byte] before the elements */
 #define PDI_STORE_END "end"
 
 /* Where the numbers of both heads stand; each ends with its checksum. */

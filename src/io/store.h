@@ -4,7 +4,7 @@
  *   pd_couple_store(&ctx, &couple, &store.archive)
  *   pd_store_close(&ctx, &store)
  *
- * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that tell this order, format, dimension, 4 bytes 0,
+ * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that show this order, format, dimension, 4 bytes 0,
  * version of pdcorr [32], 4 bytes 0, CRC-32 of these. Item: name [32], count [8], bytes of an element [4], CRC-32 of
  * these; elements, their CRC-32. The last item is named "end", counts the items before it, and has no elements.
  */
@@ -13,7 +13,7 @@
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_STORE_FORMAT 2u
+#define PD_STORE_FORMAT 2u /* of the file */
 #define PD_STORE_NAME 32 /* [byte] of a name with its end */
 
 /* Zero-initialise. */

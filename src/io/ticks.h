@@ -4,7 +4,7 @@
 #include "core/config.h"
 
 #ifdef PDI_INTERNAL
-#define PDI_TICKS_TICKS 96
+#define PDI_TICKS_TICKS 96 /* most ticks */
 
 typedef struct pdi_ticks {
     double lo, hi;

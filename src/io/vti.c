@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_VTI_TEXT 2048
+#define PDI_VTI_TEXT 2048 /* [byte] of a name or of the head */
 
 static const char *const pdi_vti_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
 static const size_t pdi_vti_sizes[4] = {8, 4, 1, 4};

@@ -2,16 +2,16 @@
 #include "io/zlib.h"
 #include <string.h>
 
-#define PDI_ZLIB_WINDOW 32768
+#define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
 #define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
-#define PDI_ZLIB_MAX_MATCH 258
+#define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
 #define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
 #define PDI_ZLIB_ENDING 16      /* those at its end */
-#define PDI_ZLIB_LITERALS 286
-#define PDI_ZLIB_DISTANCES 30
-#define PDI_ZLIB_LENGTH_CODES 19
-#define PDI_ZLIB_FIXED 288
+#define PDI_ZLIB_LITERALS 286 /* symbols of literals and lengths */
+#define PDI_ZLIB_DISTANCES 30 /* symbols of distances */
+#define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
+#define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,

@@ -8,11 +8,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Newton's method for the conductances near the axis: steps, the error of the conditions that is rounding, the one that
- * has to be reached, and pivots that count as none: total fluxes near the axis are known twice. */
+/* Most steps of Newton's method for the conductances near the axis. */
 #define PDI_AXISYM_STEPS 60
+/* An error of the conditions that is rounding. */
 #define PDI_AXISYM_TOLERANCE 4e-16
+/* The error of the conditions that has to be reached. */
 #define PDI_AXISYM_EXACT 1e-12
+/* Share of the largest pivot below which one counts as none: total fluxes near the axis are known twice. */
 #define PDI_AXISYM_PIVOT 1e-9
 /* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
 typedef struct pdi_axisym_fit {

@@ -21,8 +21,8 @@ PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_bound
 /* After pd_bonds_update. */
 PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *boundary);
 PDI_FN void pdi_boundary_free(pd_ctx *ctx, pd_boundary *boundary);
-/* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
- * *beside, whether it has. */
+/* *beside: 1 when node i has an inlet or outlet in reach. Returns how many of the `length` nodes from i along axis 0
+ * are like node i in this. */
 PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
 /* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
 PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);

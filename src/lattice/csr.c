@@ -52,7 +52,7 @@ static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
     w->size++;
 }
 
-/* Weight of the far end of bond k of node i; *own: what the node itself counts in it. */
+/* Weight of the far end of bond k of node i; *own: the weight of node i itself in this bond. */
 static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *own)
 {
     const pd_bonds *b = w->bonds;

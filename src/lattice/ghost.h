@@ -37,7 +37,7 @@ PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at all ghosts of the list, inlets included. */
+/* x [components][total] becomes zero at all ghosts of the list, inlets included. */
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif

@@ -97,8 +97,8 @@ static int pdi_grid_reflect(int i, int n, int *flipped)
     return *flipped ? 2 * n - 1 - place : place;
 }
 
-/* Fold index i of axis d through the side behind which it lies; `all`: through whatever side that is. The bit of the
- * axis when it is mirrored. */
+/* Fold index i of axis d back into the box through the side behind which it lies: a periodic or mirror side; with
+ * `all`, any side. Returns the bit of the axis when it is mirrored. */
 static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 {
     int flipped = 0;
@@ -154,8 +154,8 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
     }
 }
 
-/* The distance with what the shape is behind the periodic sides of axis d and later ones among those of the frame: the
- * part of the next box, on the other side of the plane. */
+/* The distance from the shape and from its repetitions behind those periodic sides of the frame that lie across axis d
+ * or a later one. */
 static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
 {
     if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
@@ -428,8 +428,8 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     return status;
 }
 
-/* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
- * lies behind it at an inlet or outlet (opening the first layer may open all of an inlet). */
+/* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
+ * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;

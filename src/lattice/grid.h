@@ -37,8 +37,8 @@ typedef struct pd_grid_desc {
     const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
-    pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
-                                    * as `side` says */
+    pd_entry_fn entry;             /* on sides that are inlet or outlet, says which, place by place; NULL: as `side`
+                                    * says */
     void *entry_user;
     int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
                                     * has a mirror there; else it begins at least one horizon away from the axis */

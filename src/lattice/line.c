@@ -4,11 +4,13 @@
  */
 #include "lattice/line.h"
 
-/* Deepest family, nodes and columns of a piece (with both its sides, whole vectors), kinds of lines that are kept at a
- * time. */
+/* [nodes] Deepest family. */
 #define PDI_LINE_REACH 12
+/* Nodes of a piece. */
 #define PDI_LINE_LANES 256
+/* Columns of a piece, with both its sides, in whole vectors. */
 #define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
+/* Kinds of lines that are kept at a time. */
 #define PDI_LINE_KINDS 4
 
 /* sum (+)= (a - c) + (b - c): a line and its mirror image. */

@@ -4,10 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-/* In cells: layers thinner than that may be missed; how far beside a surface its materials are told; nearer than that a
- * place lies on it, since coordinates are rounded. */
+/* [cells] Thinner layers may be missed. */
 #define PDI_MEDIA_THIN 0.0625
+/* [cells] The materials on both sides of a surface are looked up at this distance from it. */
 #define PDI_MEDIA_BESIDE 1e-3
+/* [cells] A place that is nearer to a surface lies on it, since coordinates are rounded. */
 #define PDI_MEDIA_TOUCH 1e-9
 
 /* A straight way from x along xi. */
@@ -89,7 +90,7 @@ static double pdi_media_resist(const pdi_media_way *w, double to, double end)
     return d > 0.0 ? (to - w->from) / d : HUGE_VAL;
 }
 
-/* Mean diffusivity over the part 0 .. end of the way. The distance tells how far the next surface is at least. */
+/* Mean diffusivity over the part 0 .. end of the way. The next surface is at least as far as the signed distance. */
 static double pdi_media_mean(pdi_media_way *w, double end)
 {
     const pd_media *m = w->media;
@@ -180,7 +181,7 @@ typedef struct pdi_media_lift {
     double x[PD_DIM]; /* [m2/s] */
 } pdi_media_lift;
 
-/* Axis that the surface near node i lies across, as far as rounding tells. */
+/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. */
 static int pdi_media_axis(const pd_media *m, int32_t i)
 {
     double normal[PD_DIM], length = 0.0;
@@ -272,9 +273,10 @@ static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
     return m->at[i];
 }
 
-/* Bonds across the surface are resistances in series and conduct less along it than the materials do; a cell that it
- * cuts has the material of its node. What the moments of the node lack against the mean of its cell goes to its bonds
- * within the surface: then the layers conduct together what the materials do, and nothing changes across. */
+/* Bonds across the surface are resistances in series, and conduct less along the surface than the materials do. A cell
+ * that the surface cuts has the material of its node. The moments of the node lack something against the mean of its
+ * cell (eq. 5.14). This goes to its bonds within the surface. Then the layers together conduct what the materials do,
+ * and nothing changes across the surface. */
 static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
 {
     const pd_stencil *s = m->stencil;

@@ -37,7 +37,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
 PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *media);
 /* Mean of the resistances from node i over the part 0 .. end of bond k, as a diffusivity [m2/s]. */
 PDI_FN double pdi_media_part(const pd_media *media, int32_t i, int k, double end);
-/* Harmonic mean (eq. 5.2): no ratio overflows, and both ends tell the same bits. */
+/* Harmonic mean (eq. 5.2): no ratio overflows, and both ends get the same bits. */
 static inline double pdi_media_harmonic(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;

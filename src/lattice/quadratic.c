@@ -3,10 +3,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Square of the distance in cells at which a datum is the place itself; weights of zeros for what no datum tells, of
- * second derivatives and of slopes: above the rounding of heavy rows. */
+/* [cells^2] Added to squared distances: the weight of a datum at the place itself is finite. */
 #define PDI_QUADRATIC_NEAR 1e-6
+/* Weight of a zero for each second derivative, for those that no datum gives: above the rounding of heavy rows. */
 #define PDI_QUADRATIC_FAINT 1e-5
+/* Weight of a zero for each slope. */
 #define PDI_QUADRATIC_FAINTER 1e-10
 
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h)

@@ -1,7 +1,7 @@
 /* quadratic: the value at a place of the quadratic that fits values and slopes around it best.
  *
- * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What the
- * data do not tell is zero: second derivatives, then slopes.
+ * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What
+ * the data do not determine is zero: second derivatives, then slopes.
  */
 #ifndef PD_QUADRATIC_H
 #define PD_QUADRATIC_H
@@ -9,7 +9,7 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2)
-#define PDI_QUADRATIC_ROWS 96
+#define PDI_QUADRATIC_ROWS 96 /* most data of a fit */
 #define PDI_QUADRATIC_SQUARE 4 /* largest squared length of the bonds whose ends count, in cells */
 typedef struct pdi_quadratic {
     double x[PD_DIM], h[PD_DIM]; /* [m] the place, and the unit of lengths along each axis */

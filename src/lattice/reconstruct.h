@@ -31,8 +31,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 /* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
  * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
 PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_RECONSTRUCT_SCALAR 1
-#define PDI_RECONSTRUCT_VELOCITY 2
+#define PDI_RECONSTRUCT_SCALAR 1 /* the row has the fit of a scalar */
+#define PDI_RECONSTRUCT_VELOCITY 2 /* the row has the fit of a velocity */
 /* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */

@@ -29,7 +29,7 @@ static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double 
     return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
 }
 
-/* Faces where it goes on move away by the distance between the planes. */
+/* A face behind which the shape goes on moves away by the distance between the planes of the frame. */
 static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     double lo[PD_DIM], hi[PD_DIM];
@@ -55,8 +55,8 @@ static double pdi_shape_half_space(const pd_shape *s, const double *x)
     return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
 }
 
-/* A face along the lattice on a plane, or behind it, moves away likewise: all that lies between the planes is on one
- * side of it. */
+/* A face across an axis, on a plane of the frame or behind it, moves away by the distance between the planes. Then all
+ * that lies between the planes is on one side of the face. */
 static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     int axis = -1, axes = 0;

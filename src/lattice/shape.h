@@ -34,9 +34,9 @@ typedef struct pd_shape {
 #define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
 
-/* Limits of an array of shapes: entries, and evaluations of primitives and operations for one point, entries that are
- * used n times counting n times. */
+/* Most entries of an array of shapes. */
 #define PD_SHAPE_MAX 256
+/* Most evaluations of primitives and operations for one point. An entry that is used n times counts n times. */
 #define PD_SHAPE_MAX_EVALUATIONS 4096
 
 /* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_STENCIL_MAX_M 12.0
+#define PDI_STENCIL_MAX_M 12.0 /* largest horizon ratio */
 
 static double pdi_stencil_lattice_length(const int *n)
 {

@@ -4,11 +4,13 @@
 #include <math.h>
 #include <string.h>
 
-/* In cells: a way shorter than that has no direction; a place nearer to a surface than that lies on it; the step of
- * differences; surfaces farther than that do not count. */
+/* [cells] A shorter way has no direction. */
 #define PDI_SURFACE_SHORT 1e-9
+/* [cells] A place that is nearer to a surface lies on it. */
 #define PDI_SURFACE_TOUCH 1e-6
+/* [cells] Step of the differences that give a normal. */
 #define PDI_SURFACE_STEP 1e-3
+/* [cells] Surfaces farther away do not count. */
 #define PDI_SURFACE_FAR 2.0
 
 typedef struct pdi_surface {
@@ -83,7 +85,7 @@ static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x,
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* A closed node up to a cell deep behind a place; -1: what stood there has dissolved. */
+/* A closed node up to a cell deep behind a place; -1: the metal that was there has dissolved. */
 static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
 {
     const pd_grid *grid = r->bonds->grid;

@@ -8,8 +8,7 @@
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
 #define PDI_CONTENT_EMPTY 1e-12
 
-/* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
- * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
+/* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
 #define PDI_CONTENT_LEAD_SHARE 0.6
 
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
@@ -58,7 +57,7 @@ PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
+/* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
 static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
 {
     int32_t i = pdi_entry_far(d->bonds, j, k);
@@ -104,8 +103,8 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
         d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_CONTENT_SEEN) | label);
 }
 
-/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
- * gives. */
+/* 1: the piece of node j has more than it gives in the step. The search ends early when the piece has more than all
+ * metal gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
     double take = dt * pdi_metal_span(d, j);
@@ -170,8 +169,8 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     return found;
 }
 
-/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
- * none. */
+/* Move `rest` to the nearest solid nodes that j hangs together with, over nodes that have turned fluid in this step. 0:
+ * there are none. */
 static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
 {
     pdi_content_piece p;
@@ -208,8 +207,9 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
     }
 }
 
-/* The bond along which node j hands over the share of bond k. What another metal would get goes as deep into the metal,
- * but straight: as much would have come from there, so that a flat front across two metals stays flat. -1: none. */
+/* The bond along which node j hands over the share of bond k: k itself, unless k leads to another metal. Then the share
+ * goes as deep into the metal of j, straight behind j. As much would have come from the other metal, so a flat front
+ * over two metals stays flat. -1: none. */
 static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
 {
     const pd_stencil *s = d->bonds->stencil;
@@ -227,9 +227,9 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
     return -1;
 }
 
-/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
- * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
- * the fluid around. */
+/* Move `rest` from node j to the layer behind it, the present front. `rest` is what j still holds; it is negative when
+ * j has given too much. Without such a layer it goes to any solid neighbour, else to the metal that j hangs together
+ * with. Without any metal it is rounding, and goes to the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
@@ -283,8 +283,8 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
- * overdraw others, which leave in the next round. */
+/* Spent nodes leave the solid. All of a round leave together, so a flat layer leaves as one. What they hand over may be
+ * negative and empty other nodes, which leave in the next round. */
 static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c;
@@ -306,8 +306,8 @@ static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 
 /* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
 
-/* Where node i finds or leaves metal: bond k leads to another node of its metal, and no wall stands in between. -1: it
- * does not. */
+/* The far end of bond k of node i when it is another solid node of the same metal, which has not turned, and no wall
+ * lies in between. -1: it is not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t at = pdi_entry_far(d->bonds, i, k);
@@ -316,9 +316,9 @@ static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
     return pdi_entry_free(d->bonds, i, k) ? at : -1;
 }
 
-/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more
- * than that has above its end. What is left goes round until it is covered or none has any. Metal that is drained
- * turns, too. */
+/* Node i is below its end. It takes what it lacks from the metal in its reach, in proportion to the weights. No metal
+ * gives more than it has above its end. What is still lacking is shared again, until it is covered or no metal has any.
+ * Metal that is drained turns, too. */
 static void pdi_content_take(pd_dissolve *d, int32_t i)
 {
     double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
@@ -356,8 +356,8 @@ static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
     return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
-/* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
- * has. What is left goes round, and stays where nobody takes it. */
+/* Node i passes what it has above its end to such metal, in proportion to the weights. No node gets more than whole
+ * metal has. What is left is shared again, and stays when no node has room. */
 static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
 {
     double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
@@ -440,7 +440,7 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
     d->changed_count = 0;
-    /* the contents tell where the surface stands, so all rates come first */
+    /* the place of the surface follows from the contents, so all rates come first */
     for (int32_t f = 0; f < d->front_count; f++)
         c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {

@@ -22,7 +22,8 @@ PDI_FN double pdi_content_lead(const pd_stencil *stencil);
 PDI_FN int pdi_content_is_exposed(const pd_dissolve *dissolve, int32_t j);
 /* List the exposed nodes. */
 PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
-/* Pieces that would give more than they have: their sources become what they have. How many there are. */
+/* Pieces that would give more than they have get sources that give what they have. Returns the number of such
+ * pieces. */
 PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
 /* Nodes have turned fluid: who is exposed now. */
 PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);

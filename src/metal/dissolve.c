@@ -373,7 +373,7 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
     d->rated = 1;
 }
 
-/* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
+/* *met: 1 when the lines have at the present field the speeds of the law. Otherwise there are new lines. */
 static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *met)
 {
     const pd_transport *t = d->transport;
@@ -387,7 +387,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         if (!(beside->weight > 0.0)) continue;
         pdi_interface_law(d, beside, &law);
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
-        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
+        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law goes to the next step, and raises its field */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
             near = fmax(near, held);
         }
@@ -507,8 +507,8 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 }
 
 /* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
- * steeper than all that the fluid does, its concentration tells the speed to few digits, and the balance of the node
- * tells it. */
+ * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
+ * gives it. */
 static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;

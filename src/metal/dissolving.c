@@ -6,9 +6,9 @@
 
 /* Share of `fraction` that the course of a law within a step may cost. */
 #define PDI_DISSOLVING_EXACT 0.04
-/* A node may lose this much more than the share that steps are chosen for, where the law speeds up. A step this much
- * shorter than wanted has failed. */
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
 #define PDI_DISSOLVING_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
 #define PDI_DISSOLVING_SHORTEST 1e-9
 
 static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
@@ -40,8 +40,9 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* The step becomes so short that it takes no more than it may, and that the rest of the law's course is a small part of
- * that; a jump is met within that, too. Returns the factor for the step; 1: it is short enough. */
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
 static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
 {
     double error, taken;

@@ -1,6 +1,6 @@
 /* front: weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *
- * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see corrode.h). A flat
+ * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see dissolve.h). A flat
  * front with the unit normal N that has dissolved layer by layer then moves at v f(N), exactly, with
  *     f(N) = 1/2 sum_n b(n) |xi.N|                                                    (theory: eq. 6.8)
  * whatever h and m. Calibrated weights have f = 1 along every axis: no trial run is needed to get a rate.

@@ -7,19 +7,20 @@
 #include <string.h>
 
 /* id values while the grains are built */
-#define PDI_GRAIN_FAR (-1)
-#define PDI_GRAIN_WANTED (-2)
-#define PDI_GRAIN_UNSURE (-3)
-#define PDI_GRAIN_NEW (-4)
+#define PDI_GRAIN_FAR (-1)    /* too far from metal to have a grain */
+#define PDI_GRAIN_WANTED (-2) /* gets a grain */
+#define PDI_GRAIN_UNSURE (-3) /* its nearest seed may not have been made */
+#define PDI_GRAIN_NEW (-4)    /* marked in the present sweep */
 
-/* Streams of random numbers: 0 orientation, 1 shift, 2 + cell hash: the seeds of a cell. */
-#define PDI_GRAIN_STREAM_TURN 0
-#define PDI_GRAIN_STREAM_SHIFT 1
-#define PDI_GRAIN_STREAM_CELL 2
+/* Streams of random numbers. */
+#define PDI_GRAIN_STREAM_TURN 0  /* orientation */
+#define PDI_GRAIN_STREAM_SHIFT 1 /* shift */
+#define PDI_GRAIN_STREAM_CELL 2  /* plus the hash of a cell: the seeds of the cell */
 
 /* Nodes, or cells of seeds, between two looks at the caller. */
 #define PDI_GRAIN_POLL 65536
-/* A grain of so many times the metal: the chance that the metal has a second one is one over that. */
+/* A grain is at most this many times as large as the metal. The chance that the metal has a second one is then one over
+ * this number. */
 #define PDI_GRAIN_ONE 1e6
 
 /* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */
@@ -108,7 +109,7 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
 /* Seeds of lattice cell q: their number, and the position of one. */
 static uint64_t pdi_grain_stream(const int64_t *q)
 {
-    /* 21 bits an axis: cells are told apart up to a million cells from the origin */
+    /* 21 bits an axis: cells have different numbers up to a million cells from the origin */
     uint64_t stream = 0;
     for (int a = 0; a < PD_DIM; a++) stream = (stream << 21) | ((uint64_t)(q[a] + 1048576) & 2097151u);
     return stream + PDI_GRAIN_STREAM_CELL;

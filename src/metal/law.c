@@ -2,11 +2,13 @@
 #include "metal/law.h"
 #include <math.h>
 
-/* Concentrations at which the end of a law is sought: growth from one to the next, and the least over the top. */
+/* The end of a law is sought in strides of concentration. This is a stride over the concentration. */
 #define PDI_LAW_GROWTH 0.0625
+/* Least stride over the top. */
 #define PDI_LAW_LEAST 1e-9
-/* Most halvings of an interval, which has then no number inside, and rounds of a rising law. */
+/* Most halvings of an interval: then no number is left inside. */
 #define PDI_LAW_HALVINGS 200
+/* Most rounds for a rising law. */
 #define PDI_LAW_ROUNDS 400
 
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
@@ -55,7 +57,7 @@ PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
     if (!(pdi_law_rate(law, c) > 0.0)) return c;
     while (a < limit) {
         double b = pdi_law_stride(law, a, limit), v = pdi_law_rate(law, b);
-        if (!pdi_law_finite(v)) return HUGE_VAL; /* who asks there is told */
+        if (!pdi_law_finite(v)) return HUGE_VAL; /* a call that needs the law there fails with a message */
         if (!(v > 0.0)) return pdi_law_halve(law, a, b);
         a = b;
     }
@@ -125,14 +127,15 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
     return b;
 }
 
-/* Widest difference over the concentration that a slope is taken from, least one, and the share of the step that a jump
- * becomes behind the film. */
+/* A slope is taken from a difference. This is the widest one over the concentration. */
 #define PDI_LAW_WIDE 1e-6
+/* Least one over the concentration. */
 #define PDI_LAW_NARROW 1e-10
+/* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
-/* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is behind a film, and with its slope where there is none. */
+/* The line that touches V at c. Its slope is taken below c: above c the law may be steeper, or end. Behind a film a
+ * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -158,8 +161,9 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
     p->slope = most;
 }
 
-/* Share of a concentration around a jump, and of a speed that makes one. */
+/* A jump lies within this share of its concentration. */
 #define PDI_LAW_AROUND 1e-9
+/* The speed falls at a jump by more than this share. */
 #define PDI_LAW_DROP 1e-6
 
 /* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */
@@ -239,8 +243,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
-/* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
- * not finite. */
+/* Where V meets the straight line between the two known points (low_c, low_v) and (high_c, high_v): the first meeting
+ * before the end of the law, if there is one. NaN: the law is not finite. */
 static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
 {
     double a = p->low_c, b = p->high_c, asked_a = p->low_v, asked_b = p->high_v;
@@ -278,7 +282,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     return b;
 }
 
-/* Where a rising law meets the line through both questions on its low side, above the later one at c. */
+/* Where a rising law meets, above c, the straight line through (low_c, low_v) and (c, asked). */
 static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double rise = (asked - p->low_v) / (c - p->low_c), ahead = c;
@@ -307,7 +311,7 @@ static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked
     return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
-/* Where the next line touches V, after the question at c. */
+/* Where the next line touches V, after `asked` was compared with V at c. */
 static double pdi_law_next(pdi_law *law, double c, double asked, double given, pdi_law_point *p)
 {
     if (given >= asked) {
@@ -326,7 +330,7 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
     p->high_c = c;
     p->high_v = asked;
     if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid at 0 needs the speed 0 there */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 
@@ -354,8 +358,8 @@ PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c
     return slowest;
 }
 
-/* The first concentration on the way from the low side to c at which the metal gives less than is asked on the line
- * between both: metal does not lift its fluid across the end of a law, or a slow part of it, in one step. c: none. */
+/* The first concentration on the way from the low side to c at which V is below the straight line between both points;
+ * c: none. So metal does not lift its fluid across the end of a law, or across a slow part of it, in one step. */
 static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double a = p->low_c;

@@ -9,14 +9,15 @@
  * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.
  * A law ends where it is not positive any more: no metal passes that concentration (saturation).
  *
- * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, its equations tell the
- * speed, and the point leaves the jump when that is none between both sides (primal-dual active set: Hintermueller, Ito
- * and Kunisch 2002). Saturation is such a jump to zero.
+ * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, and its
+ * equations give the speed. The point leaves the jump when that speed lies outside those of both sides (primal-dual
+ * active set: Hintermueller, Ito and Kunisch 2002). Saturation is such a jump to zero.
  *
- * The equations of the fluid ask a speed of the metal, V(c) is what it gives. A point of a law is the line that stands
- * for V in the linear equations, and what earlier rounds have asked on both sides of the solution. Where both sides are
- * known the next line touches V where the line between the questions meets it: Newton's method alone runs in circles on
- * laws with a plateau, a step and another plateau.
+ * A point of a law holds the line that stands for V in the linear equations. A solve gives c. The speed of the line at
+ * this c is called asked; V(c) is what the metal gives. The point also keeps c and the speed asked of
+ * earlier rounds on both sides of the solution. Where both sides are known, a straight line joins them, and the next
+ * line touches V where that one meets V. Newton's method alone runs in circles on laws with a plateau, a step and
+ * another plateau.
  */
 #ifndef PD_LAW_H
 #define PD_LAW_H
@@ -39,7 +40,7 @@ typedef struct pdi_law_metal {
 typedef struct pdi_law {
     pdi_law_metal metal[PDI_LAW_METALS];
     int metals;
-    pd_rate_at at; /* c is that of the last question */
+    pd_rate_at at; /* c is the concentration of the last call */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
 } pdi_law;
@@ -77,8 +78,7 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
  * and is the speed of the line. 0: the point has left the jump, and there is another line. */
 PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
-/* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
- * tell. */
+/* Least V between concentrations a and c where the law rises in between, else HUGE_VAL. It may be below V at both. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
 
 #endif

@@ -1,7 +1,7 @@
 /* accuracy: settings of a setup that do not depend on h, from a wanted accuracy of the results.
  *
- * They leave the lattice three quarters of the error; what the lattice takes tells estimate.h. Settings that stand in
- * the scene stay.
+ * They leave three quarters of the error to the lattice; estimate.h measures the error of the lattice. Settings that
+ * stand in the scene stay.
  */
 #ifndef PD_ACCURACY_H
 #define PD_ACCURACY_H

@@ -178,8 +178,8 @@ static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
     return PD_OK;
 }
 
-/* A face at a place [m] that is one between nodes of the lattice is one of the coarser lattice, too: a body whose size
- * jumps tells nothing about the error. */
+/* A shape has a face at a place [m]. A face on a face of cells has to lie on one of the coarser lattice, too: otherwise
+ * the size of the body jumps, which would hide the error. */
 static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];

@@ -1,9 +1,9 @@
 /* coarser: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the
  * spacing.
  *
- * What a run at h and its twin at 2 h differ by tells the error of the lattice (estimate.h). A rate by layers keeps the
- * thickness of the layer, and planes keep their places: one that lies between two planes of the coarser lattice is
- * watched on both.
+ * The difference of a run at h and its twin at 2 h gives the error of the lattice (estimate.h). A rate by layers keeps
+ * the thickness of the layer. Planes keep their places: a plane between two planes of the coarser lattice is watched on
+ * both.
  */
 #ifndef PD_COARSER_H
 #define PD_COARSER_H

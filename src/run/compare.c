@@ -15,7 +15,7 @@ static void pdi_compare_name(const pd_figure *f, char *text, size_t size)
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
 }
 
-/* Value of a figure; 0: nobody watches it. unit: NULL, or its unit [16]. */
+/* Returns 1 and the value of a figure; 0: the run does not watch it. unit: NULL, or its unit [16]. */
 static int pdi_compare_value(const pd_compare *c, const char *figure, double *value, char *unit)
 {
     char name[2 * PD_SETUP_NAME];

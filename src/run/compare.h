@@ -45,7 +45,7 @@ PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *compare);
 PDI_FN double pdi_compare_next(const pd_compare *compare, double time, double t_end);
 /* 1 when the next call of pdi_compare_step needs the figures of this instant. */
 PDI_FN int pdi_compare_due(const pd_compare *compare, double time);
-/* What the present figures, which the monitors hold, tell. */
+/* Compares the present figures, which the monitors hold, with the points of this time. */
 PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *compare);
 PDI_FN void pdi_compare_judge(const pd_compared *compared, pd_compare_result *result);
 /* The files of all points. PD_ERR_FILE. */

@@ -5,11 +5,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_ESTIMATE_LEAST 0.5 /* [-] observed orders that are believed */
-#define PDI_ESTIMATE_MOST 3.0
+#define PDI_ESTIMATE_LEAST 0.5 /* [-] least observed order that is believed */
+#define PDI_ESTIMATE_MOST 3.0 /* [-] largest of them */
 #define PDI_ESTIMATE_NOISE 1e-9 /* [-] smaller relative differences are rounding and tolerances of solvers */
-#define PDI_ESTIMATE_MINOR 0.1
-#define PDI_ESTIMATE_LINE 2048
+#define PDI_ESTIMATE_MINOR 0.1 /* [-] figures below this share of the largest of their sort are minor */
+#define PDI_ESTIMATE_LINE 2048 /* [byte] of a line */
 
 /* ---- figures of the twins ---- */
 

@@ -36,7 +36,7 @@ typedef struct pd_estimate {
 #define pd_estimate_spacing PD_NAME(pd_estimate_spacing)
 #define pd_estimate_free PD_NAME(pd_estimate_free)
 
-/* Run the twins of a run that gave `figures`; desc tells when to stop, and with `check` that they are built alone: then
+/* Run the twins of a run that gave `figures`; desc says when to stop. With desc->check they are only built: then
  * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pdi_coarser_build
  * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_FIT_OVERRIDES 128
+#define PDI_FIT_OVERRIDES 128 /* most overrides of a fit, its own included */
 
 typedef struct pdi_fit {
     pd_ctx *ctx;

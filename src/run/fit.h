@@ -11,7 +11,7 @@
 #include "solve/least_squares.h"
 #include "run/run.h"
 
-#define PD_FIT_TEXT 160
+#define PD_FIT_TEXT 160 /* [byte] of a key or a unit */
 
 typedef struct pd_fit_desc {
     const char *scene;

@@ -1,7 +1,7 @@
 /* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
- * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_footprint.c holds it against
- * measured peaks.
+ * Sizes of arrays times numbers of nodes, which are counted in a sample of the geometry. tests/test_footprint.c
+ * compares it with measured peaks.
  */
 #ifndef PD_FOOTPRINT_H
 #define PD_FOOTPRINT_H

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next
- * step, and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
+/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest. What they leave goes to the next step,
+ * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
 #define PDI_MODEL_CORRODE 1e-9
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
@@ -362,7 +362,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* 1: somebody asks for the rows of bonds after metal has gone. */
+/* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
     return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;

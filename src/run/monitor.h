@@ -14,7 +14,7 @@
 #include "run/model.h"
 #include "run/summary.h"
 
-#define PD_MONITOR_FIGURES 24
+#define PD_MONITOR_FIGURES 24 /* most figures of a monitor */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];

@@ -74,7 +74,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     return r->stopped;
 }
 
-/* Fields are due at multiples of `every`, at the end, and when a run is stopped that nobody can go on with. */
+/* Fields are due at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
 static int pdi_run_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;

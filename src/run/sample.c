@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
-#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* that a point may touch */
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 
@@ -247,8 +247,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
     return pdi_quadratic_solve(&job->fit);
 }
 
-/* Fluid nodes from which x is told: those whose cells it touches, or the nearest ones beside it where it lies on or
- * before a smooth surface in a closed cell. */
+/* Fluid nodes whose values give that at x: those whose cells x touches. Where x lies in a closed cell, on a smooth
+ * surface or before it: the nearest nodes beside x. */
 static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
 {
     int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];

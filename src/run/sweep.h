@@ -1,7 +1,7 @@
 /* sweep: one scene for every combination of a few values: a folder for each run, one table and one plot for all.
  *
  *   const char *axes[] = {"mean=0.01, 0.05, 0.2 m/s", "h = 10 um, 20 um"};
- *   pd_sweep_build(&ctx, &desc, &sweep);    every run's scene is read here, so a bad value is told before any runs
+ *   pd_sweep_build(&ctx, &desc, &sweep);    every run's scene is read here, so a bad value fails before any run
  *   for (k = 0; k < sweep.runs; k++) pd_sweep_run(&ctx, &sweep, k, &run_desc);
  *   pd_sweep_write(&ctx, &sweep, &count);
  *   pd_sweep_free(&ctx, &sweep);
@@ -13,10 +13,10 @@
 #define PD_SWEEP_H
 #include "run/run.h"
 
-#define PD_SWEEP_AXES 8
-#define PD_SWEEP_RUNS 4096
+#define PD_SWEEP_AXES 8 /* most axes */
+#define PD_SWEEP_RUNS 4096 /* most runs */
 #define PD_SWEEP_VALUE 128 /* [byte] "key=value" of an axis */
-#define PD_SWEEP_OVERRIDES 64
+#define PD_SWEEP_OVERRIDES 64 /* most overrides beside the axes */
 
 /* Zero-initialise. All of it is borrowed as long as the sweep lives. */
 typedef struct pd_sweep_desc {

@@ -77,7 +77,7 @@ static const pdi_expr_function pdi_expr_functions[] = {
 static const pd_expr_symbol pdi_expr_builtin[] = {
     {"pi", "", 3.14159265358979323846}, {"R", "J/mol/K", 8.31446261815324}, {"F", "C/mol", 96485.3321233100}};
 
-#define PDI_EXPR_BUILTINS 3
+#define PDI_EXPR_BUILTINS 3 /* pi, R, F */
 
 /* What is known of a subexpression while compiling. */
 typedef struct pdi_expr_type {

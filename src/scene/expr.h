@@ -55,7 +55,7 @@ typedef struct pd_expr {
 
 #ifdef PDI_INTERNAL
 /* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
- * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what
+ * dimension asked for, or is a constant that is not finite; the message has the column, what stands there and what
  * was expected.
  * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
 PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are told by their checksum */
+#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are replaced by their checksum */
 
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 {

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_FLAT_FRAMES 20.0
+#define PDI_READ_FLAT_FRAMES 20.0 /* pictures of a run */
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
  * itself is refused. */
@@ -42,7 +42,7 @@ typedef struct pdi_read_flat {
     PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     double dx_file; /* dx before overrides */
-    int bonds;      /* metal goes by diffusion across the surface, for want of k_corr */
+    int bonds;      /* there is no k_corr: metal goes by diffusion across the surface */
 } pdi_read_flat;
 
 /* Keys that are read and have no effect, and why. */

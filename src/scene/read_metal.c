@@ -87,7 +87,7 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
+/* The law at C = 0 gives the size of the speed. A rate that is negative there never dissolves anything. */
 static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     double v = pdi_setup_speed(metal);

@@ -1,7 +1,7 @@
 /* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *
- * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material =
- * NAME. Metals without such a section follow the one without a name, which tells all else.
+ * [dissolve NAME] and [corrode NAME] hold Cs, charge and law of one of several metals, whose shapes have material =
+ * NAME. Metals without such a section follow the section without a name, which holds all else.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H

@@ -13,14 +13,14 @@
 #include "scene/expr.h"
 #include "scene/text.h"
 
-#define PD_SETUP_NAME 64
-#define PD_SETUP_PROBES 16
-#define PD_SETUP_MONITORS 32
-#define PD_SETUP_NOTES 48
-#define PD_SETUP_MASKS 8
-#define PD_SETUP_WALLS 32
+#define PD_SETUP_NAME 64 /* [byte] of a name with its end */
+#define PD_SETUP_PROBES 16 /* most [probe] sections */
+#define PD_SETUP_MONITORS 32 /* most monitors */
+#define PD_SETUP_NOTES 48 /* most notes */
+#define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
-#define PD_SETUP_RECORDS 8
+#define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 
 /* What can be written, drawn and probed. */
@@ -308,7 +308,7 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */
 PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit tells the dimension. */
+/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit has the dimension. */
 PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
 /* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);

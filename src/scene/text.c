@@ -416,7 +416,7 @@ PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after
     return -1;
 }
 
-/* A call that has no status ran out of memory: the next one that has tells it. */
+/* A call that has no status ran out of memory: the next one that has a status returns it. */
 static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
 {
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");

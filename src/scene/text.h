@@ -26,7 +26,7 @@ typedef struct pd_section {
     int line;                 /* 0: not in the file */
     int group;                /* first section of the same name */
     int present;              /* stands in the file or has a pair */
-    int asked;                /* of the group's first section: somebody asked for that name */
+    int asked;                /* of the group's first section: a call has looked up that name */
 } pd_section;
 
 typedef struct pd_text_entry {
@@ -84,11 +84,11 @@ PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argum
 PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
- * the name "". -1: out of memory, which the next call that returns a status tells. */
+ * the name "". -1: out of memory, which the next call that has a status returns. */
 PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
 PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
+/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, returned as above. */
 PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives
@@ -128,7 +128,7 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
 /* Report that the value of a key is not admissible: sets "file:line: key: message", returns PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                  ...) PD_PRINTF_LIKE(5, 6);
-/* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
+/* PD_ERR_PARSE when no call has read a section or key; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
 #endif
 

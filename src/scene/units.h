@@ -36,7 +36,7 @@ typedef struct pdi_units_product {
     pd_dims dims;
 } pdi_units_product;
 
-/* Tells whether the identifier text[0..size) is declared, and so is not a unit. */
+/* 1 when the identifier text[0..size) is declared, and so is not a unit. */
 typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
 
 /* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why (NULL: none) becomes the

@@ -9,8 +9,9 @@
 /* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
  * then solved with this share, and the Krylov solver does the rest. */
 #define PDI_COARSEN_FLOOR 1e-6f
-/* The same with contrast. */
+/* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
+/* No cell. */
 #define PDI_COARSEN_NONE (-1)
 
 /* ---- memory ---- */
@@ -82,7 +83,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level
 
 /* ---- links ---- */
 
-/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+/* 1: cell c of level 0 has no link for certain. Only the diagonal of symmetric levels shows that. */
 static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);

@@ -44,8 +44,9 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
-/* 1: the rounding of a field in single precision, as rough as the mesh, has a larger Laplacian than the field itself,
- * which may reach across the box: a share eps of it over the square of the least spacing. */
+/* 1: single precision does not do. The rounding of a field is a share eps of the field and changes from cell to cell,
+ * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
+ * which may change over the whole box. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);

@@ -6,12 +6,12 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_LEAST_SQUARES_PROBES 4     /* differences that tell the noise */
+#define PDI_LEAST_SQUARES_PROBES 4     /* differences that the noise is measured from */
 #define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
-#define PDI_LEAST_SQUARES_STEPS 100
+#define PDI_LEAST_SQUARES_STEPS 100 /* most steps */
 #define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
-#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least and largest step of later ones */
-#define PDI_LEAST_SQUARES_MOST 0.1
+#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least step of later ones */
+#define PDI_LEAST_SQUARES_MOST 0.1 /* [-] of the bounds: largest step of later ones */
 
 enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
 
@@ -218,7 +218,7 @@ static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
     return 1;
 }
 
-/* Secant update: the Jacobian tells what the step has shown. */
+/* Secant update: then the Jacobian gives the change that the step has shown. */
 static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;

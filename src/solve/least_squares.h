@@ -8,7 +8,7 @@
 #define PD_LEAST_SQUARES_H
 #include "core/base.h"
 
-#define PD_LEAST_SQUARES_PARAMETERS 8
+#define PD_LEAST_SQUARES_PARAMETERS 8 /* most parameters */
 
 /* residual[points]: (function - data)/spread at value[parameters]. A failure ends the fit. */
 typedef pd_status (*pd_least_squares_fn)(pd_ctx *ctx, void *user, const double *value, double *residual);
@@ -23,7 +23,7 @@ typedef struct pd_least_squares_desc {
     double noise;       /* [-] of a residual, where it is known; 0: it is measured */
     pd_least_squares_fn fn;
     void *user;
-    void (*told)(void *user, const double *value, double sum, int evaluations); /* after a step; NULL: nobody listens */
+    void (*told)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
 } pd_least_squares_desc;
 
 typedef struct pd_least_squares_result {

@@ -183,8 +183,8 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
     }
 }
 
-/* What leaves cell c of level 0 more than enters it, over the flows of its open faces. Taken from the flows themselves:
- * beside strong conductances the coefficients have lost them. */
+/* What leaves cell c of level 0 less what enters it, through its open faces. It is taken from the flows themselves:
+ * beside strong conductances the coefficients have lost them to rounding. */
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -327,8 +327,9 @@ static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const 
     pdi_multigrid_restrict(ctx, level);
 }
 
-/* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
- * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
+/* Add the correction of the coarser levels to x. With contrast it is kept apart in double precision, and its defect is
+ * smoothed: in single precision its rounding would change from cell to cell, and outweigh in a good conductor what is
+ * sought. */
 static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {

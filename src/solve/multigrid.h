@@ -18,7 +18,7 @@
 #include "core/owner.h"
 #include "solve/smoother.h"
 
-#define PD_MULTIGRID_LEVELS 40
+#define PD_MULTIGRID_LEVELS 40 /* most levels */
 
 typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */

@@ -8,7 +8,7 @@
 #define PD_PROCESS_H
 #include "core/archive.h"
 
-/* What quasi-steady processes hold becomes that of time t [s]. */
+/* Bring the quasi-steady processes to time t [s]. */
 typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
 
 /* A step at hand. */
@@ -26,7 +26,7 @@ typedef struct pd_step {
     double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
-    const int32_t *turned; /* [turned_count] `accept` tells which nodes of metal have turned fluid */
+    const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;
 
@@ -56,8 +56,8 @@ typedef struct pd_process {
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
     /* Quasi-steady processes: become those of time t [s]. */
     pd_at_fn at;
-    /* Lower step->dt to the longest step of the run that suits it. Asked when the first process goes through steps of
-     * its own; one that takes a single step says what it may be by `limit`. */
+    /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
+     * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
     pd_status (*span)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
@@ -65,10 +65,11 @@ typedef struct pd_process {
     pd_status (*attempt)(pd_ctx *ctx, void *self, pd_step *step);
     /* The attempt is the step. */
     pd_status (*accept)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Back to the start of the step, and a shorter step->dt; a failure: none helps. Never NULL where `attempt` may ask
-     * for it. */
+    /* Go back to the start of the step, and make step->dt shorter. It fails when no shorter step helps. Never NULL
+     * where `attempt` may return PD_RETRY. */
     pd_status (*reject)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Always negative: steps of step->dt are lost in the rounding of time. NULL: a message that fits all. */
+    /* Fails with a message: steps of step->dt are lost in the rounding of time. NULL: there is a message that fits
+     * all. */
     pd_status (*stuck)(pd_ctx *ctx, void *self, const pd_step *step);
     /* A step of the run ends at t [s]. Quasi-steady processes: after the balance; others: when they have reached it. */
     pd_status (*finish)(pd_ctx *ctx, void *self, double t);

@@ -2,7 +2,7 @@
 #include "solve/sdirk.h"
 #include <math.h>
 
-#define PDI_SDIRK_SAFETY 0.9
+#define PDI_SDIRK_SAFETY 0.9 /* share of the step that the error estimate allows */
 
 PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last)
 {

@@ -5,9 +5,12 @@
 #include "solve/smoother.h"
 #include "core/par.h"
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. This
+ * is the largest number of slabs. */
 #define PDI_SMOOTHER_SLABS 8
+/* Least planes of a slab. */
 #define PDI_SMOOTHER_SLAB_PLANES 7
+/* A level with fewer cells is one slab. */
 #define PDI_SMOOTHER_SLAB_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256

@@ -6,8 +6,9 @@
 #include <math.h>
 #include <string.h>
 
-/* Step control: the largest change from one step to the next. */
+/* A step is at most this many times the one before. */
 #define PDI_ADVANCE_GROWTH 4.0
+/* A step that is repeated is at least this share of the one that failed. */
 #define PDI_ADVANCE_SHRINK 0.1
 
 PDI_FN void pdi_advance_list(pdi_owner *owner, void *object)

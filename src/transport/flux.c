@@ -1,7 +1,7 @@
 /* flux: see flux.h
  *
  * Design: the volume fluxes of the bonds hold during a step. In 1D and 2D they are stored, once for both ends: bond k
- * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are told anew by
+ * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are computed by
  * each sweep, with the same bits from both ends. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds
  * carry and conduct zero.
  */
@@ -134,7 +134,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
     if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
 }
 
-/* The same of bond k and of the opposite one, in planar boxes. */
+/* Volume fluxes of bond k and of the opposite one, in planar boxes. */
 PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
                                  double *PD_RESTRICT behind)
 {
@@ -329,7 +329,7 @@ typedef struct pdi_flux_upwinded {
 
 /* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
  * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers tell nothing of how steps differ: such steps lean in full. */
+ * that are no normal numbers do not show how steps differ: such steps lean in full. */
 PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
@@ -494,7 +494,7 @@ typedef struct pdi_flux_section {
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
 
-/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid; the flux is computed from there. */
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
@@ -505,7 +505,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), computed from the end that is fluid. */
 static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;

@@ -20,7 +20,7 @@ typedef struct pd_flux {
     int even;                      /* ... 1: it is */
     double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
-                                    * the others are what their far ends have, negated. NULL in 3D, where telling them
+                                    * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest */
     pd_conductance conductance;    /* of the bonds of rows */
     int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */

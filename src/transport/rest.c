@@ -26,7 +26,7 @@ static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row
     return behind + ahead;
 }
 
-/* The same of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
+/* What leaves through the bonds of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
 static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, double *PD_RESTRICT sum)
 {
     const pd_bonds *bonds = c->bonds;

@@ -6,14 +6,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Length of a step over the exchange time of the slowest node, and how many. */
+/* Length of a step over the exchange time of the slowest node. */
 #define PDI_SETTLE_LONG 1e9
+/* Most such steps. */
 #define PDI_SETTLE_STEPS 60
-/* Corrections in a row, each to that share of what it is for; a defect that falls by less than the last ends them. */
+/* Most corrections in a row. */
 #define PDI_SETTLE_CORRECTIONS 20
+/* Each is solved to this share of what it corrects. */
 #define PDI_SETTLE_SHARE 1e-4
+/* Corrections end when the defect after one is more than this share of the defect before. */
 #define PDI_SETTLE_SLOW 0.5
-/* The defect that they aim at: fluxes agree to what tables print. */
+/* The defect that corrections aim at: fluxes agree in all digits that tables print. */
 #define PDI_SETTLE_AIM 1e-10
 
 /* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
@@ -74,7 +77,8 @@ static double pdi_settle_rounding(const pd_transport *t)
     return size * s->volume * pdi_sum_total(&sum);
 }
 
-/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing does they hold to rounding. */
+/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing passes, 0 when they hold to
+ * rounding. */
 static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
@@ -93,7 +97,8 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
 
-/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). Returns the relative change of the field. */
+/* c + rest += delta, where rest keeps the digits that c cannot hold (Knuth's sum of two). Returns the relative change
+ * of the field. */
 static double pdi_settle_add(pd_transport *t, const double *delta)
 {
     double moved = 0.0, size = 0.0;
@@ -135,7 +140,7 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         pd_status status = pd_transport_implicit(ctx, t, PDI_SETTLE_LONG * limit, result);
         result->krylov = krylov += result->krylov;
         if (status < 0) return status;
-        /* what is owed belongs to a time that never was */
+        /* the carry belongs to a step that is no step in time */
         pdi_par_zero(ctx, t->grid->total, t->carry);
         for (int32_t i = 0; i < t->grid->total; i++) {
             if (t->grid->kind[i] != PD_FLUID) continue;

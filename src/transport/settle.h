@@ -11,8 +11,8 @@
 
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 
-/* PD_NOT_CONVERGED: the balances lack result->defect of what passes, more than 1e-6, after 60 steps; the field is
- * bounded and conservative all the same, but not steady. PD_ERR_ARGUMENT: nothing moves. */
+/* PD_NOT_CONVERGED: after 60 steps the balances still lack result->defect of what passes, which is more than 1e-6. The
+ * field is bounded and conservative, but not steady. PD_ERR_ARGUMENT: nothing moves. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 
 #ifdef PDI_INTERNAL

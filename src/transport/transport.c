@@ -99,14 +99,14 @@ static void pdi_transport_apply(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
+/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were computed last. */
 static void pdi_transport_jacobian(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_transport *t = u->t;
     int32_t total = t->grid->total;
     const uint8_t *kind = t->grid->kind;
-    /* fluxes and right-hand side are told anew after the solve */
+    /* fluxes and right-hand side are computed again after the solve */
     double *slope_by = t->probe, *factor_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
@@ -356,7 +356,7 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 }
 
 /* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
- * cycle of the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little
+ * cycle of the multigrid shows what becomes of it: next to nothing in the stream, dt times as much where little
  * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {

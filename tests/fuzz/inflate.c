@@ -1,4 +1,4 @@
-/* A zlib stream into a field of a size that the first two bytes tell, with nothing behind its end. */
+/* A zlib stream into a field of a size that the first two bytes give, with nothing behind its end. */
 #include "fuzz.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

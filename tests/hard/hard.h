@@ -27,9 +27,9 @@
 
 #define LEDGER 1e-12 /* [-] relative to the metal at the start */
 #define BOUNDS 1e-9  /* [-] by which concentrations may leave their bounds, over the largest */
-#define SALT 6.1e-9  /* [-] the same of bond-based corrosion: what a node is owed, PDI_DISSOLVE_MARGIN at most, and
-                      * the same of the step before, and rounding */
-#define LIMITED 1e-8 /* [-] by which fields of the same scene told in other words may differ over Csat with limited
+#define SALT 6.1e-9  /* [-] as BOUNDS, of bond-based corrosion: what a node is owed, PDI_DISSOLVE_MARGIN at most, and
+                      * that of the step before, and rounding */
+#define LIMITED 1e-8 /* [-] by which fields of the same scene in other words may differ over Csat with limited
                       * fluxes: the tolerances of the solvers */
 #define LEVEL 1e-10  /* [-] by which the flow far up and far down may differ: steady fluxes are free of divergence */
 

@@ -216,7 +216,7 @@ static uint64_t run_on(hard *h, const char *text, int threads)
     return hash;
 }
 
-/* Large enough that threads are used. The line of each part tells the hash, which a build without OpenMP repeats. */
+/* Large enough that threads are used. The line of each part has the hash, which a build without OpenMP repeats. */
 TEST(threads)
 {
     NOT_IN_3D();

@@ -1,4 +1,4 @@
-/* bonds: what bond-based corrosion keeps: amounts, bounds, saturation, threads, factors, films, input.
+/* bonds_balance: what bond-based corrosion keeps: amounts, bounds, saturation, threads, factors, films, input.
  * dims: 1 2 3 */
 #include "metal_scene.h"
 #include "conductances.h"
