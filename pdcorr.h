@@ -360,7 +360,7 @@ typedef struct pd_allocator {
     size_t limit; /* [byte] 0: none */
 } pd_allocator;
 
-#define PD_MESSAGE_SIZE 640
+#define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
 
 /* Asked inside all that may take a second, between iterations, by the thread of the caller: what is being done, as in
  * "flow: GMRES", and how many times so far. Not 0: the call ends with PD_STOPPED. Has to be quick. */
@@ -396,7 +396,7 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
     PD_PRINTF_LIKE(4, 5);
 /* Print behind `text` of `size` bytes; what does not fit is left out. */
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
-/* 1: memory was lacking or the caller stops, which no other step, guess or file mends. */
+/* 1: memory was lacking or the caller stops. No other step, guess or file helps then. */
 static inline int pdi_is_final(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
@@ -609,11 +609,11 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
 #endif
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
- * faster (pace). And without regard to pace. */
+ * faster (pace). pdi_par_offered: without regard to pace. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
-/* The same around a loop that tells pace what it takes: `times` times the work in one fork. Loops of one sort, work and
- * times take the same time. */
+/* pdi_par_begin returns the threads for a loop, and pdi_par_end gives pace the time that the loop took: `times` times
+ * the work in one fork. Loops of one sort, work and times take the same time. */
 typedef struct pdi_par_watch {
     int threads;
     uint64_t key;
@@ -710,9 +710,9 @@ typedef struct pd_shape {
 #define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
 
-/* Limits of an array of shapes: entries, and evaluations of primitives and operations for one point, entries that are
- * used n times counting n times. */
+/* Most entries of an array of shapes. */
 #define PD_SHAPE_MAX 256
+/* Most evaluations of primitives and operations for one point. An entry that is used n times counts n times. */
 #define PD_SHAPE_MAX_EVALUATIONS 4096
 
 /* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
@@ -872,8 +872,8 @@ typedef struct pd_grid_desc {
     const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
-    pd_entry_fn entry;             /* tells inlet and outlet apart, place by place, on sides that are one of them; NULL:
-                                    * as `side` says */
+    pd_entry_fn entry;             /* on sides that are inlet or outlet, says which, place by place; NULL: as `side`
+                                    * says */
     void *entry_user;
     int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
                                     * has a mirror there; else it begins at least one horizon away from the axis */
@@ -1028,7 +1028,7 @@ PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
 /* p [total]: images, and outlets odd about `held`, in the unit of p. */
 PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
-/* x [components][total]: zero at all ghosts of the list, inlets included. */
+/* x [components][total] becomes zero at all ghosts of the list, inlets included. */
 PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif
@@ -1196,7 +1196,7 @@ static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, 
     if (gate->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
     return gate->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
 }
-/* The same of nodes with whole families, too (row -1). SOME: open[b] is 1.0 for those and 0.0 for the others. */
+/* As above, of nodes with whole families, too (row -1). SOME: open[b] is 1.0 for those and 0.0 for the others. */
 static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count,
                                               pdi_bond_gate *gate, double *open)
 {
@@ -1273,8 +1273,8 @@ PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_bound
 /* After pd_bonds_update. */
 PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *boundary);
 PDI_FN void pdi_boundary_free(pd_ctx *ctx, pd_boundary *boundary);
-/* How many of the `length` nodes from i along axis 0 are like the first one in having an inlet or outlet in reach, and
- * *beside, whether it has. */
+/* *beside: 1 when node i has an inlet or outlet in reach. Returns how many of the `length` nodes from i along axis 0
+ * are like node i in this. */
 PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside);
 /* A fluid node beside an inlet from which no open bonds lead to an outlet; -1: there is none. */
 PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_t *node);
@@ -1376,7 +1376,7 @@ PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const p
 PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *media);
 /* Mean of the resistances from node i over the part 0 .. end of bond k, as a diffusivity [m2/s]. */
 PDI_FN double pdi_media_part(const pd_media *media, int32_t i, int k, double end);
-/* Harmonic mean (eq. 5.2): no ratio overflows, and both ends tell the same bits. */
+/* Harmonic mean (eq. 5.2): no ratio overflows, and both ends get the same bits. */
 static inline double pdi_media_harmonic(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;
@@ -1567,15 +1567,15 @@ PD_API void pd_lattice_free(pd_ctx *ctx, pd_lattice *lattice);
 /* ======== >>lattice/quadratic.h ======== */
 /* quadratic: the value at a place of the quadratic that fits values and slopes around it best.
  *
- * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What the
- * data do not tell is zero: second derivatives, then slopes.
+ * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What
+ * the data do not determine is zero: second derivatives, then slopes.
  */
 #ifndef PD_QUADRATIC_H
 #define PD_QUADRATIC_H
 
 #ifdef PDI_INTERNAL
 #define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2)
-#define PDI_QUADRATIC_ROWS 96
+#define PDI_QUADRATIC_ROWS 96 /* most data of a fit */
 #define PDI_QUADRATIC_SQUARE 4 /* largest squared length of the bonds whose ends count, in cells */
 typedef struct pdi_quadratic {
     double x[PD_DIM], h[PD_DIM]; /* [m] the place, and the unit of lengths along each axis */
@@ -1628,8 +1628,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
 /* Value of f [total] at the place x [m] beside fluid node `node`: that of the quadratic (3.11) through the node and the
  * far ends of its open bonds. Ghosts must be filled; inlets carry no scalar. */
 PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int32_t node, const double *x);
-#define PDI_RECONSTRUCT_SCALAR 1
-#define PDI_RECONSTRUCT_VELOCITY 2
+#define PDI_RECONSTRUCT_SCALAR 1 /* the row has the fit of a scalar */
+#define PDI_RECONSTRUCT_VELOCITY 2 /* the row has the fit of a velocity */
 /* grad [PD_DIM][total] of f [total] at the rows that have a fit of a scalar; ghosts must be filled. */
 PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
 /* 1: row r of the bonds has a fit of a velocity. */
@@ -1920,7 +1920,7 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
 
-#define PD_MULTIGRID_LEVELS 40
+#define PD_MULTIGRID_LEVELS 40 /* most levels */
 
 typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
@@ -2021,8 +2021,9 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
 PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
-/* 1: the rounding of a field in single precision, as rough as the mesh, has a larger Laplacian than the field itself,
- * which may reach across the box: a share eps of it over the square of the least spacing. */
+/* 1: single precision does not do. The rounding of a field is a share eps of the field and changes from cell to cell,
+ * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
+ * which may change over the whole box. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
@@ -2062,7 +2063,7 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor);
 #ifndef PD_PROCESS_H
 #define PD_PROCESS_H
 
-/* What quasi-steady processes hold becomes that of time t [s]. */
+/* Bring the quasi-steady processes to time t [s]. */
 typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
 
 /* A step at hand. */
@@ -2080,7 +2081,7 @@ typedef struct pd_step {
     double lost;      /* [unit of its elements] solid of the process lost since the start of the run */
     pd_at_fn at;      /* call before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
-    const int32_t *turned; /* [turned_count] `accept` tells which nodes of metal have turned fluid */
+    const int32_t *turned; /* [turned_count] from `accept`: the nodes of metal that have turned fluid */
     int32_t turned_count;
 } pd_step;
 
@@ -2110,8 +2111,8 @@ typedef struct pd_process {
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
     /* Quasi-steady processes: become those of time t [s]. */
     pd_at_fn at;
-    /* Lower step->dt to the longest step of the run that suits it. Asked when the first process goes through steps of
-     * its own; one that takes a single step says what it may be by `limit`. */
+    /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
+     * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
     pd_status (*span)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
@@ -2119,10 +2120,11 @@ typedef struct pd_process {
     pd_status (*attempt)(pd_ctx *ctx, void *self, pd_step *step);
     /* The attempt is the step. */
     pd_status (*accept)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Back to the start of the step, and a shorter step->dt; a failure: none helps. Never NULL where `attempt` may ask
-     * for it. */
+    /* Go back to the start of the step, and make step->dt shorter. It fails when no shorter step helps. Never NULL
+     * where `attempt` may return PD_RETRY. */
     pd_status (*reject)(pd_ctx *ctx, void *self, pd_step *step);
-    /* Always negative: steps of step->dt are lost in the rounding of time. NULL: a message that fits all. */
+    /* Fails with a message: steps of step->dt are lost in the rounding of time. NULL: there is a message that fits
+     * all. */
     pd_status (*stuck)(pd_ctx *ctx, void *self, const pd_step *step);
     /* A step of the run ends at t [s]. Quasi-steady processes: after the balance; others: when they have reached it. */
     pd_status (*finish)(pd_ctx *ctx, void *self, double t);
@@ -2158,7 +2160,7 @@ PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *process, double 
 #ifndef PD_LEAST_SQUARES_H
 #define PD_LEAST_SQUARES_H
 
-#define PD_LEAST_SQUARES_PARAMETERS 8
+#define PD_LEAST_SQUARES_PARAMETERS 8 /* most parameters */
 
 /* residual[points]: (function - data)/spread at value[parameters]. A failure ends the fit. */
 typedef pd_status (*pd_least_squares_fn)(pd_ctx *ctx, void *user, const double *value, double *residual);
@@ -2173,7 +2175,7 @@ typedef struct pd_least_squares_desc {
     double noise;       /* [-] of a residual, where it is known; 0: it is measured */
     pd_least_squares_fn fn;
     void *user;
-    void (*told)(void *user, const double *value, double sum, int evaluations); /* after a step; NULL: nobody listens */
+    void (*told)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
 } pd_least_squares_desc;
 
 typedef struct pd_least_squares_result {
@@ -2499,16 +2501,15 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, c
  * momentum on the surface. */
 PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
-/* The same of one shape (its index in the shapes of the grid): of closed cells whose centres lie in it, metal that has
- * not dissolved and walls alike. Cells of several shapes count for each. PD_FORCE_SIDES: of the sides of the box, which
- * are no part of a shape; PD_FORCE_ALL: of everything. */
-#define PD_FORCE_ALL (-1)
-#define PD_FORCE_SIDES (-2)
+/* The force as above, on one shape. shape is its index in the shapes of the grid. The shape has the closed cells whose
+ * centres lie in it: walls, and metal that has not dissolved. A cell of several shapes counts for each. */
+#define PD_FORCE_ALL (-1)   /* as shape: everything */
+#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
 PD_API void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                            double *friction, double *pressure);
-/* The same for everything inside of the box of cells next to lo .. hi [m], from what passes its sides in a steady flow;
- * the body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies within two cells
- * of a side. */
+/* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a
+ * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
+ * within two cells of a side. */
 PD_API pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force);
 
 #endif
@@ -2530,8 +2531,8 @@ typedef struct pdi_precond {
     double *grad, *convected; /* [PD_DIM][total] */
 } pdi_precond;
 
-/* mobility [total] [s]: how fast fluid moves in a pressure gradient that is the same all over, about: one over the sum
- * of `shift` [1/s] and of the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
+/* mobility [total] [s]: about the velocity of the fluid over a uniform pressure gradient. It is one over the sum of
+ * `shift` [1/s] and the drag of the walls (theory: eq. 4.9b). 0 outside of the fluid. */
 PDI_FN void pdi_precond_mobility(const pd_ctx *ctx, const pd_flow *flow, double shift, double *mobility);
 
 /* What steps in time shorter than the weight tau of the pressure flux put beside -lap [1/m2]; 0: the step is longer. */
@@ -2681,7 +2682,7 @@ typedef struct pd_implicit {
     double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
-    double last;           /* [s] the last step; 0: it tells nothing about the next one */
+    double last;           /* [s] the last step; 0: the next step does not use it */
     int projected;         /* the start obeys continuity and the inlets */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
@@ -2785,7 +2786,7 @@ typedef struct pd_unsteady {
     double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
     double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
     pd_spectrum spectrum;  /* of the linear flow, for the limit */
-    double key[PD_DIM + 2], limit; /* [-] [s] the limit told last, and for which state */
+    double key[PD_DIM + 2], limit; /* [-] [s] the last limit, and its state */
     double time;           /* [s] */
     int64_t steps;
 } pd_unsteady;
@@ -3128,7 +3129,7 @@ typedef struct pd_flux {
     int even;                      /* ... 1: it is */
     double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
-                                    * the others are what their far ends have, negated. NULL in 3D, where telling them
+                                    * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest */
     pd_conductance conductance;    /* of the bonds of rows */
     int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */
@@ -3400,8 +3401,8 @@ PDI_FN double pdi_explicit_rate(const pd_transport *transport, int32_t i);
 
 #define pd_transport_steady PD_NAME(pd_transport_steady)
 
-/* PD_NOT_CONVERGED: the balances lack result->defect of what passes, more than 1e-6, after 60 steps; the field is
- * bounded and conservative all the same, but not steady. PD_ERR_ARGUMENT: nothing moves. */
+/* PD_NOT_CONVERGED: after 60 steps the balances still lack result->defect of what passes, which is more than 1e-6. The
+ * field is bounded and conservative, but not steady. PD_ERR_ARGUMENT: nothing moves. */
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 
 #ifdef PDI_INTERNAL
@@ -3612,14 +3613,15 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
  * jump. Where a decreasing law jumps, every speed in between is a solution, so V falls by at most 1/R a concentration.
  * A law ends where it is not positive any more: no metal passes that concentration (saturation).
  *
- * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, its equations tell the
- * speed, and the point leaves the jump when that is none between both sides (primal-dual active set: Hintermueller, Ito
- * and Kunisch 2002). Saturation is such a jump to zero.
+ * Without a film, R = 0, a law that jumps down has no line. There the fluid is held at the jump, and its
+ * equations give the speed. The point leaves the jump when that speed lies outside those of both sides (primal-dual
+ * active set: Hintermueller, Ito and Kunisch 2002). Saturation is such a jump to zero.
  *
- * The equations of the fluid ask a speed of the metal, V(c) is what it gives. A point of a law is the line that stands
- * for V in the linear equations, and what earlier rounds have asked on both sides of the solution. Where both sides are
- * known the next line touches V where the line between the questions meets it: Newton's method alone runs in circles on
- * laws with a plateau, a step and another plateau.
+ * A point of a law holds the line that stands for V in the linear equations. A solve gives c. The speed of the line at
+ * this c is called asked; V(c) is what the metal gives. The point also keeps c and the speed asked of
+ * earlier rounds on both sides of the solution. Where both sides are known, a straight line joins them, and the next
+ * line touches V where that one meets V. Newton's method alone runs in circles on laws with a plateau, a step and
+ * another plateau.
  */
 #ifndef PD_LAW_H
 #define PD_LAW_H
@@ -3641,7 +3643,7 @@ typedef struct pdi_law_metal {
 typedef struct pdi_law {
     pdi_law_metal metal[PDI_LAW_METALS];
     int metals;
-    pd_rate_at at; /* c is that of the last question */
+    pd_rate_at at; /* c is the concentration of the last call */
     double top;    /* [mol/m3] concentrations are looked at up to here: those of the metal, or saturation */
     double limit;  /* [mol/m3] the law is 0 from here on; HUGE_VAL: nowhere */
 } pdi_law;
@@ -3679,8 +3681,7 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
  * and is the speed of the line. 0: the point has left the jump, and there is another line. */
 PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
-/* Least V between concentrations a and c where the law rises in between, else HUGE_VAL: what the speeds at both do not
- * tell. */
+/* Least V between concentrations a and c where the law rises in between, else HUGE_VAL. It may be below V at both. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
 
 #endif
@@ -3733,7 +3734,7 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
 /* ======== >>metal/front.h ======== */
 /* front: weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *
- * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see corrode.h). A flat
+ * Through the bond of offset n a solid node loses at the rate v b(n) times a driving amount (see dissolve.h). A flat
  * front with the unit normal N that has dissolved layer by layer then moves at v f(N), exactly, with
  *     f(N) = 1/2 sum_n b(n) |xi.N|                                                    (theory: eq. 6.8)
  * whatever h and m. Calibrated weights have f = 1 along every axis: no trial run is needed to get a rate.
@@ -4056,7 +4057,8 @@ PDI_FN double pdi_content_lead(const pd_stencil *stencil);
 PDI_FN int pdi_content_is_exposed(const pd_dissolve *dissolve, int32_t j);
 /* List the exposed nodes. */
 PDI_FN void pdi_content_collect(pd_dissolve *dissolve);
-/* Pieces that would give more than they have: their sources become what they have. How many there are. */
+/* Pieces that would give more than they have get sources that give what they have. Returns the number of such
+ * pieces. */
 PDI_FN int pdi_content_spare(pd_dissolve *dissolve, double dt);
 /* Nodes have turned fluid: who is exposed now. */
 PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int32_t count);
@@ -4237,8 +4239,8 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
 
-#define PD_COUPLE_PROCESSES 8
-#define PD_COUPLE_ELEMENTS 8
+#define PD_COUPLE_PROCESSES 8 /* most processes of a run */
+#define PD_COUPLE_ELEMENTS 8  /* most elements with a ledger */
 
 /* Amounts of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
  * imbalance = solid + dissolved + carry + out - in - start. */
@@ -4355,7 +4357,7 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
 
 /* 1: the path stays below the folder it is taken from: not absolute, no drive, no '..' among its parts. */
 PDI_FN int pdi_file_below(const char *path);
-/* What making the directory and files in it would be refused for, as far as that can be told without trying. */
+/* PD_OK, or why the directory or files in it could not be made, as far as that is known without trying. */
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path);
 /* Read a whole file of at most `limit` bytes. data gets size + 1 bytes, the last one 0, so that text can be parsed in
  * place; free with PDI_DELETE(ctx, size + 1, data). PD_ERR_FILE: missing, unreadable, larger than the limit. */
@@ -4385,7 +4387,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file);
 /* Close and remove what was written aside. Allowed on a closed or zeroed file. */
 PDI_FN void pdi_file_abandon(pd_file *file);
 
-#define PDI_NUMBER_SIZE 40
+#define PDI_NUMBER_SIZE 40 /* [byte] of a number as text with its end */
 /* The shortest decimal text that reads back as the same bits ("0.1", "1e-09", "nan"), whatever the locale. */
 PDI_FN void pdi_file_number(double value, char *text);
 /* The reverse: the whole of text[0..length) must be one number. Returns 1 when it is. */
@@ -4435,14 +4437,14 @@ PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size);
  *   pd_couple_store(&ctx, &couple, &store.archive)
  *   pd_store_close(&ctx, &store)
  *
- * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that tell this order, format, dimension, 4 bytes 0,
+ * Head, in the byte order of the machine: "PDSTORE\n", 4 bytes that show this order, format, dimension, 4 bytes 0,
  * version of pdcorr [32], 4 bytes 0, CRC-32 of these. Item: name [32], count [8], bytes of an element [4], CRC-32 of
  * these; elements, their CRC-32. The last item is named "end", counts the items before it, and has no elements.
  */
 #ifndef PD_STORE_H
 #define PD_STORE_H
 
-#define PD_STORE_FORMAT 2u
+#define PD_STORE_FORMAT 2u /* of the file */
 #define PD_STORE_NAME 32 /* [byte] of a name with its end */
 
 /* Zero-initialise. */
@@ -4569,8 +4571,8 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
 #ifdef PDI_INTERNAL
 #define PDI_CANVAS_CAPITAL 14 /* height of a capital letter */
-#define PDI_CANVAS_INK 0x202124u
-#define PDI_CANVAS_PAPER 0xFFFFFFu
+#define PDI_CANVAS_INK 0x202124u /* colour of text */
+#define PDI_CANVAS_PAPER 0xFFFFFFu /* colour of the ground */
 
 typedef struct pdi_canvas {
     pd_image image;
@@ -4613,7 +4615,7 @@ PDI_FN int pdi_canvas_text_width(const char *text);
 #define PD_TICKS_H
 
 #ifdef PDI_INTERNAL
-#define PDI_TICKS_TICKS 96
+#define PDI_TICKS_TICKS 96 /* most ticks */
 
 typedef struct pdi_ticks {
     double lo, hi;
@@ -4647,12 +4649,12 @@ typedef enum pd_map {
 } pd_map;
 
 #ifdef PDI_INTERNAL
-#define PDI_COLOUR_COUNT 256
+#define PDI_COLOUR_COUNT 256 /* colours of a table */
 /* 0xRRGGBB from low to high, for the first two maps. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
 /* The colour of a whole number. */
 PDI_FN uint32_t pdi_colour_label(int64_t number);
-/* Colour of curve k of a plot (Okabe and Ito 2008: told apart by colour-blind readers). */
+/* Colour of curve k of a plot (Okabe and Ito 2008: colour-blind readers can distinguish them). */
 PDI_FN uint32_t pdi_colour_series(int k);
 #endif
 
@@ -4919,7 +4921,7 @@ typedef struct pdi_units_product {
     pd_dims dims;
 } pdi_units_product;
 
-/* Tells whether the identifier text[0..size) is declared, and so is not a unit. */
+/* 1 when the identifier text[0..size) is declared, and so is not a unit. */
 typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
 
 /* Scan a unit product at text; returns the bytes read, 0 when no unit stands there. *why (NULL: none) becomes the
@@ -5045,7 +5047,7 @@ typedef struct pd_expr {
 
 #ifdef PDI_INTERNAL
 /* Compile. PD_ERR_PARSE: the text does not follow the grammar, names something unknown, mixes dimensions, has not the
- * dimension asked for, or is a constant that is not finite; the message tells the column, what stands there and what
+ * dimension asked for, or is a constant that is not finite; the message has the column, what stands there and what
  * was expected.
  * PD_ERR_ARGUMENT: a unit of the desc is no unit, or too many variables. */
 PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *expr);
@@ -5091,7 +5093,7 @@ typedef struct pd_section {
     int line;                 /* 0: not in the file */
     int group;                /* first section of the same name */
     int present;              /* stands in the file or has a pair */
-    int asked;                /* of the group's first section: somebody asked for that name */
+    int asked;                /* of the group's first section: a call has looked up that name */
 } pd_section;
 
 typedef struct pd_text_entry {
@@ -5149,11 +5151,11 @@ PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argum
 PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
- * the name "". -1: out of memory, which the next call that returns a status tells. */
+ * the name "". -1: out of memory, which the next call that has a status returns. */
 PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* The next section of that name behind index `after` in file order; start with -1. -1: no more. */
 PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
-/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, told as above. */
+/* 1 when the section has the key; key NULL: when the section is present. Out of memory: 0, returned as above. */
 PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Look-ups. fallback is the default as text, read like a value from the file; NULL: the key is required. unit gives
@@ -5193,7 +5195,7 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
 /* Report that the value of a key is not admissible: sets "file:line: key: message", returns PD_ERR_ARGUMENT. */
 PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
                                  ...) PD_PRINTF_LIKE(5, 6);
-/* PD_ERR_PARSE when a section or key was read by nobody; the message suggests the nearest name that was asked for. */
+/* PD_ERR_PARSE when no call has read a section or key; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
 #endif
 
@@ -5224,14 +5226,14 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #ifndef PD_SETUP_H
 #define PD_SETUP_H
 
-#define PD_SETUP_NAME 64
-#define PD_SETUP_PROBES 16
-#define PD_SETUP_MONITORS 32
-#define PD_SETUP_NOTES 48
-#define PD_SETUP_MASKS 8
-#define PD_SETUP_WALLS 32
+#define PD_SETUP_NAME 64 /* [byte] of a name with its end */
+#define PD_SETUP_PROBES 16 /* most [probe] sections */
+#define PD_SETUP_MONITORS 32 /* most monitors */
+#define PD_SETUP_NOTES 48 /* most notes */
+#define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
-#define PD_SETUP_RECORDS 8
+#define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 
 /* What can be written, drawn and probed. */
@@ -5519,7 +5521,7 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */
 PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
-/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit tells the dimension. */
+/* The value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; unit has the dimension. */
 PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
 /* name[PD_SETUP_NAME] and, when `folder` is not NULL, folder[PD_PATH_SIZE] of a path. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);
@@ -5668,8 +5670,8 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 /* ======== >>scene/read_metal.h ======== */
 /* read_metal: reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *
- * [dissolve NAME] and [corrode NAME] tell Cs, charge and law of one of several metals, whose shapes have material =
- * NAME. Metals without such a section follow the one without a name, which tells all else.
+ * [dissolve NAME] and [corrode NAME] hold Cs, charge and law of one of several metals, whose shapes have material =
+ * NAME. Metals without such a section follow the section without a name, which holds all else.
  */
 #ifndef PD_READ_METAL_H
 #define PD_READ_METAL_H
@@ -5910,8 +5912,8 @@ PDI_FN double pdi_wall_held(void *user, const double *x);
 /* ======== >>run/footprint.h ======== */
 /* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
- * Sizes of arrays times numbers of nodes, which a sample of the geometry tells. tests/test_footprint.c holds it against
- * measured peaks.
+ * Sizes of arrays times numbers of nodes, which are counted in a sample of the geometry. tests/test_footprint.c
+ * compares it with measured peaks.
  */
 #ifndef PD_FOOTPRINT_H
 #define PD_FOOTPRINT_H
@@ -6072,7 +6074,7 @@ PDI_FN void pdi_sample_prepare(pd_model *m);
  * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
  * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
-/* 1 when x touches a cell of solid, or fluid can tell the value there. */
+/* 1 when x touches a cell of solid, or fluid nodes give the value there. */
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 #endif
 
@@ -6163,7 +6165,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
 #ifndef PD_MONITOR_H
 #define PD_MONITOR_H
 
-#define PD_MONITOR_FIGURES 24
+#define PD_MONITOR_FIGURES 24 /* most figures of a monitor */
 
 typedef struct pd_monitor_figure {
     char key[24], unit[16];
@@ -6285,7 +6287,7 @@ PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *compare);
 PDI_FN double pdi_compare_next(const pd_compare *compare, double time, double t_end);
 /* 1 when the next call of pdi_compare_step needs the figures of this instant. */
 PDI_FN int pdi_compare_due(const pd_compare *compare, double time);
-/* What the present figures, which the monitors hold, tell. */
+/* Compares the present figures, which the monitors hold, with the points of this time. */
 PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *compare);
 PDI_FN void pdi_compare_judge(const pd_compared *compared, pd_compare_result *result);
 /* The files of all points. PD_ERR_FILE. */
@@ -6427,9 +6429,9 @@ PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 /* coarser: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the
  * spacing.
  *
- * What a run at h and its twin at 2 h differ by tells the error of the lattice (estimate.h). A rate by layers keeps the
- * thickness of the layer, and planes keep their places: one that lies between two planes of the coarser lattice is
- * watched on both.
+ * The difference of a run at h and its twin at 2 h gives the error of the lattice (estimate.h). A rate by layers keeps
+ * the thickness of the layer. Planes keep their places: a plane between two planes of the coarser lattice is watched on
+ * both.
  */
 #ifndef PD_COARSER_H
 #define PD_COARSER_H
@@ -6485,7 +6487,7 @@ typedef struct pd_estimate {
 #define pd_estimate_spacing PD_NAME(pd_estimate_spacing)
 #define pd_estimate_free PD_NAME(pd_estimate_free)
 
-/* Run the twins of a run that gave `figures`; desc tells when to stop, and with `check` that they are built alone: then
+/* Run the twins of a run that gave `figures`; desc says when to stop. With desc->check they are only built: then
  * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pdi_coarser_build
  * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
@@ -6502,8 +6504,8 @@ PD_API void pd_estimate_free(pd_ctx *ctx, pd_estimate *estimate);
 /* ======== >>run/accuracy.h ======== */
 /* accuracy: settings of a setup that do not depend on h, from a wanted accuracy of the results.
  *
- * They leave the lattice three quarters of the error; what the lattice takes tells estimate.h. Settings that stand in
- * the scene stay.
+ * They leave three quarters of the error to the lattice; estimate.h measures the error of the lattice. Settings that
+ * stand in the scene stay.
  */
 #ifndef PD_ACCURACY_H
 #define PD_ACCURACY_H
@@ -6532,7 +6534,7 @@ PD_API pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup
 #ifndef PD_FIT_H
 #define PD_FIT_H
 
-#define PD_FIT_TEXT 160
+#define PD_FIT_TEXT 160 /* [byte] of a key or a unit */
 
 typedef struct pd_fit_desc {
     const char *scene;
@@ -6590,7 +6592,7 @@ PD_API pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *
 /* sweep: one scene for every combination of a few values: a folder for each run, one table and one plot for all.
  *
  *   const char *axes[] = {"mean=0.01, 0.05, 0.2 m/s", "h = 10 um, 20 um"};
- *   pd_sweep_build(&ctx, &desc, &sweep);    every run's scene is read here, so a bad value is told before any runs
+ *   pd_sweep_build(&ctx, &desc, &sweep);    every run's scene is read here, so a bad value fails before any run
  *   for (k = 0; k < sweep.runs; k++) pd_sweep_run(&ctx, &sweep, k, &run_desc);
  *   pd_sweep_write(&ctx, &sweep, &count);
  *   pd_sweep_free(&ctx, &sweep);
@@ -6601,10 +6603,10 @@ PD_API pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *
 #ifndef PD_SWEEP_H
 #define PD_SWEEP_H
 
-#define PD_SWEEP_AXES 8
-#define PD_SWEEP_RUNS 4096
+#define PD_SWEEP_AXES 8 /* most axes */
+#define PD_SWEEP_RUNS 4096 /* most runs */
 #define PD_SWEEP_VALUE 128 /* [byte] "key=value" of an axis */
-#define PD_SWEEP_OVERRIDES 64
+#define PD_SWEEP_OVERRIDES 64 /* most overrides beside the axes */
 
 /* Zero-initialise. All of it is borrowed as long as the sweep lives. */
 typedef struct pd_sweep_desc {
@@ -6675,14 +6677,14 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 /* pace: see pace.h */
 #include <math.h>
 
-/* [s] Times are compared over windows of several time slices, which schedulers choose between 1 and 24 ms, and those
- * behind a change of hands are left out for as long: threads that wait spin for up to 14 ms before they sleep. */
+/* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
+/* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
 #define PDI_PACE_SETTLE 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
 #define PDI_PACE_LOST (1.0 / 6.0)
-/* [s] One thread needs less for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. Tells of loops that are
- * late each time; where a machine is slower than that, it makes for a trial now and then. */
+/* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
+ * takes longer is late. A machine that is slower than this makes a trial now and then. */
 #define PDI_PACE_SLOW 2e-9
 /* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
 #define PDI_PACE_REST 20.0
@@ -7330,7 +7332,7 @@ PDI_FN double pdi_sum_total(const pdi_sum *s) { return s->sum + s->carry; }
 /* rng: see rng.h */
 #include <math.h>
 
-#define PDI_RNG_ROUNDS 10
+#define PDI_RNG_ROUNDS 10 /* of the generator (Salmon et al. 2011) */
 
 PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_t *out)
 {
@@ -7422,7 +7424,7 @@ static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double 
     return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
 }
 
-/* Faces where it goes on move away by the distance between the planes. */
+/* A face behind which the shape goes on moves away by the distance between the planes of the frame. */
 static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     double lo[PD_DIM], hi[PD_DIM];
@@ -7448,8 +7450,8 @@ static double pdi_shape_half_space(const pd_shape *s, const double *x)
     return pdi_vec_dot(from, s->b) / pdi_vec_norm(s->b);
 }
 
-/* A face along the lattice on a plane, or behind it, moves away likewise: all that lies between the planes is on one
- * side of it. */
+/* A face across an axis, on a plane of the frame or behind it, moves away by the distance between the planes. Then all
+ * that lies between the planes is on one side of the face. */
 static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
 {
     int axis = -1, axes = 0;
@@ -8063,7 +8065,7 @@ PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, cons
 #include <math.h>
 #include <string.h>
 
-#define PDI_STENCIL_MAX_M 12.0
+#define PDI_STENCIL_MAX_M 12.0 /* largest horizon ratio */
 
 static double pdi_stencil_lattice_length(const int *n)
 {
@@ -8509,8 +8511,8 @@ static int pdi_grid_reflect(int i, int n, int *flipped)
     return *flipped ? 2 * n - 1 - place : place;
 }
 
-/* Fold index i of axis d through the side behind which it lies; `all`: through whatever side that is. The bit of the
- * axis when it is mirrored. */
+/* Fold index i of axis d back into the box through the side behind which it lies: a periodic or mirror side; with
+ * `all`, any side. Returns the bit of the axis when it is mirrored. */
 static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 {
     int flipped = 0;
@@ -8566,8 +8568,8 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
     }
 }
 
-/* The distance with what the shape is behind the periodic sides of axis d and later ones among those of the frame: the
- * part of the next box, on the other side of the plane. */
+/* The distance from the shape and from its repetitions behind those periodic sides of the frame that lie across axis d
+ * or a later one. */
 static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
 {
     if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
@@ -8840,8 +8842,8 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     return status;
 }
 
-/* 1 when a ghost with index j along axis d may change its kind with a box node of index i: it stands for that node, or
- * lies behind it at an inlet or outlet (opening the first layer may open all of an inlet). */
+/* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
+ * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */
 static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
@@ -9113,11 +9115,13 @@ PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 #include <math.h>
 #include <string.h>
 
-/* Newton's method for the conductances near the axis: steps, the error of the conditions that is rounding, the one that
- * has to be reached, and pivots that count as none: total fluxes near the axis are known twice. */
+/* Most steps of Newton's method for the conductances near the axis. */
 #define PDI_AXISYM_STEPS 60
+/* An error of the conditions that is rounding. */
 #define PDI_AXISYM_TOLERANCE 4e-16
+/* The error of the conditions that has to be reached. */
 #define PDI_AXISYM_EXACT 1e-12
+/* Share of the largest pivot below which one counts as none: total fluxes near the axis are known twice. */
 #define PDI_AXISYM_PIVOT 1e-9
 /* The fit of one set of weights w(n): multipliers of the two conditions at each of the rows next to the axis. */
 typedef struct pdi_axisym_fit {
@@ -10102,11 +10106,13 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 #include <math.h>
 #include <string.h>
 
-/* In cells: a way shorter than that has no direction; a place nearer to a surface than that lies on it; the step of
- * differences; surfaces farther than that do not count. */
+/* [cells] A shorter way has no direction. */
 #define PDI_SURFACE_SHORT 1e-9
+/* [cells] A place that is nearer to a surface lies on it. */
 #define PDI_SURFACE_TOUCH 1e-6
+/* [cells] Step of the differences that give a normal. */
 #define PDI_SURFACE_STEP 1e-3
+/* [cells] Surfaces farther away do not count. */
 #define PDI_SURFACE_FAR 2.0
 
 typedef struct pdi_surface {
@@ -10181,7 +10187,7 @@ static void pdi_surface_normal(const pdi_surface *r, int shape, const double *x,
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* A closed node up to a cell deep behind a place; -1: what stood there has dissolved. */
+/* A closed node up to a cell deep behind a place; -1: the metal that was there has dissolved. */
 static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
 {
     const pd_grid *grid = r->bonds->grid;
@@ -10517,10 +10523,11 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
 #include <math.h>
 #include <string.h>
 
-/* In cells: layers thinner than that may be missed; how far beside a surface its materials are told; nearer than that a
- * place lies on it, since coordinates are rounded. */
+/* [cells] Thinner layers may be missed. */
 #define PDI_MEDIA_THIN 0.0625
+/* [cells] The materials on both sides of a surface are looked up at this distance from it. */
 #define PDI_MEDIA_BESIDE 1e-3
+/* [cells] A place that is nearer to a surface lies on it, since coordinates are rounded. */
 #define PDI_MEDIA_TOUCH 1e-9
 
 /* A straight way from x along xi. */
@@ -10602,7 +10609,7 @@ static double pdi_media_resist(const pdi_media_way *w, double to, double end)
     return d > 0.0 ? (to - w->from) / d : HUGE_VAL;
 }
 
-/* Mean diffusivity over the part 0 .. end of the way. The distance tells how far the next surface is at least. */
+/* Mean diffusivity over the part 0 .. end of the way. The next surface is at least as far as the signed distance. */
 static double pdi_media_mean(pdi_media_way *w, double end)
 {
     const pd_media *m = w->media;
@@ -10693,7 +10700,7 @@ typedef struct pdi_media_lift {
     double x[PD_DIM]; /* [m2/s] */
 } pdi_media_lift;
 
-/* Axis that the surface near node i lies across, as far as rounding tells. */
+/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. */
 static int pdi_media_axis(const pd_media *m, int32_t i)
 {
     double normal[PD_DIM], length = 0.0;
@@ -10785,9 +10792,10 @@ static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
     return m->at[i];
 }
 
-/* Bonds across the surface are resistances in series and conduct less along it than the materials do; a cell that it
- * cuts has the material of its node. What the moments of the node lack against the mean of its cell goes to its bonds
- * within the surface: then the layers conduct together what the materials do, and nothing changes across. */
+/* Bonds across the surface are resistances in series, and conduct less along the surface than the materials do. A cell
+ * that the surface cuts has the material of its node. The moments of the node lack something against the mean of its
+ * cell (eq. 5.14). This goes to its bonds within the surface. Then the layers together conduct what the materials do,
+ * and nothing changes across the surface. */
 static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
 {
     const pd_stencil *s = m->stencil;
@@ -10936,11 +10944,13 @@ PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
  * Each pass streams over the columns of a piece, a few operands at a time: what is written stays in the first cache.
  */
 
-/* Deepest family, nodes and columns of a piece (with both its sides, whole vectors), kinds of lines that are kept at a
- * time. */
+/* [nodes] Deepest family. */
 #define PDI_LINE_REACH 12
+/* Nodes of a piece. */
 #define PDI_LINE_LANES 256
+/* Columns of a piece, with both its sides, in whole vectors. */
 #define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
+/* Kinds of lines that are kept at a time. */
 #define PDI_LINE_KINDS 4
 
 /* sum (+)= (a - c) + (b - c): a line and its mirror image. */
@@ -11430,7 +11440,7 @@ static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
     w->size++;
 }
 
-/* Weight of the far end of bond k of node i; *own: what the node itself counts in it. */
+/* Weight of the far end of bond k of node i; *own: the weight of node i itself in this bond. */
 static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *own)
 {
     const pd_bonds *b = w->bonds;
@@ -11663,10 +11673,11 @@ void pd_lattice_free(pd_ctx *ctx, pd_lattice *l)
 #include <math.h>
 #include <string.h>
 
-/* Square of the distance in cells at which a datum is the place itself; weights of zeros for what no datum tells, of
- * second derivatives and of slopes: above the rounding of heavy rows. */
+/* [cells^2] Added to squared distances: the weight of a datum at the place itself is finite. */
 #define PDI_QUADRATIC_NEAR 1e-6
+/* Weight of a zero for each second derivative, for those that no datum gives: above the rounding of heavy rows. */
 #define PDI_QUADRATIC_FAINT 1e-5
+/* Weight of a zero for each slope. */
 #define PDI_QUADRATIC_FAINTER 1e-10
 
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h)
@@ -12670,9 +12681,12 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
  * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
  */
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. */
+/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. This
+ * is the largest number of slabs. */
 #define PDI_SMOOTHER_SLABS 8
+/* Least planes of a slab. */
 #define PDI_SMOOTHER_SLAB_PLANES 7
+/* A level with fewer cells is one slab. */
 #define PDI_SMOOTHER_SLAB_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
@@ -13006,8 +13020,9 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 /* A pocket whose mass is below this share of its links' coefficients drowns in single precision rounding: its mean is
  * then solved with this share, and the Krylov solver does the rest. */
 #define PDI_COARSEN_FLOOR 1e-6f
-/* The same with contrast. */
+/* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
+/* No cell. */
 #define PDI_COARSEN_NONE (-1)
 
 /* ---- memory ---- */
@@ -13079,7 +13094,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, pd_smoother_level *level
 
 /* ---- links ---- */
 
-/* 1: cell c of level 0 has no link for certain. Only a diagonal of symmetric levels tells. */
+/* 1: cell c of level 0 has no link for certain. Only the diagonal of symmetric levels shows that. */
 static int pdi_coarsen_alone(const pd_smoother_level *level, int32_t c)
 {
     return level->shared && !(level->inv[c] > 0.0f);
@@ -13594,8 +13609,8 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
     }
 }
 
-/* What leaves cell c of level 0 more than enters it, over the flows of its open faces. Taken from the flows themselves:
- * beside strong conductances the coefficients have lost them. */
+/* What leaves cell c of level 0 less what enters it, through its open faces. It is taken from the flows themselves:
+ * beside strong conductances the coefficients have lost them to rounding. */
 static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -13738,8 +13753,9 @@ static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const 
     pdi_multigrid_restrict(ctx, level);
 }
 
-/* Add what the coarser levels give to x. With contrast it is kept apart in double precision, and its defect smoothed:
- * in single precision its rounding, as rough as the mesh, would outweigh in a good conductor what is sought. */
+/* Add the correction of the coarser levels to x. With contrast it is kept apart in double precision, and its defect is
+ * smoothed: in single precision its rounding would change from cell to cell, and outweigh in a good conductor what is
+ * sought. */
 static void pdi_multigrid_interpolate(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
@@ -14016,7 +14032,7 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread
 /* sdirk: see sdirk.h */
 #include <math.h>
 
-#define PDI_SDIRK_SAFETY 0.9
+#define PDI_SDIRK_SAFETY 0.9 /* share of the step that the error estimate allows */
 
 PDI_FN double pdi_sdirk_clip(double planned, double largest, double left, int *last)
 {
@@ -14113,12 +14129,12 @@ PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *p, double from, 
 #include <math.h>
 #include <string.h>
 
-#define PDI_LEAST_SQUARES_PROBES 4     /* differences that tell the noise */
+#define PDI_LEAST_SQUARES_PROBES 4     /* differences that the noise is measured from */
 #define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round part of any digits cut off */
-#define PDI_LEAST_SQUARES_STEPS 100
+#define PDI_LEAST_SQUARES_STEPS 100 /* most steps */
 #define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: step of the first quotients */
-#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least and largest step of later ones */
-#define PDI_LEAST_SQUARES_MOST 0.1
+#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least step of later ones */
+#define PDI_LEAST_SQUARES_MOST 0.1 /* [-] of the bounds: largest step of later ones */
 
 enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
 
@@ -14325,7 +14341,7 @@ static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
     return 1;
 }
 
-/* Secant update: the Jacobian tells what the step has shown. */
+/* Secant update: then the Jacobian gives the change that the step has shown. */
 static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;
@@ -14854,7 +14870,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
         pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
-/* The bonds that the rows from r have open, likewise. Bonds to inlets carry no pressure. */
+/* The open bonds of the rows from r. Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
@@ -15610,7 +15626,7 @@ static void pdi_force_cancel(const pd_grid *grid, double *force)
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
 }
 
-/* What is asked for: surfaces between lo and hi, of one shape, of the sides or of all. Sums: friction, pressure. */
+/* The wanted force: on surfaces between lo and hi, of one shape, of the sides or of all. Sums: friction, pressure. */
 typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
@@ -15628,7 +15644,7 @@ static int pdi_force_owned(const pdi_force_query *q, const pdi_bond_end *end)
     return pdi_grid_level(q->flow->grid, q->shape, x) <= 0.0;
 }
 
-/* The same, and it meets the surface between lo and hi. Behind a periodic side the surface goes on. */
+/* 1 when this holds and the bond meets the surface between lo and hi. Behind a periodic side the surface goes on. */
 static int pdi_force_asked(const pdi_force_query *q, const pdi_bond_end *end)
 {
     double at[PD_DIM];
@@ -16040,8 +16056,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 #define PDI_PRECOND_ROUGH 0.3
 
 /* Values of a field on both sides of a closed face or an inlet, one over the other. */
-#define PDI_PRECOND_EVEN 1.0
-#define PDI_PRECOND_ODD (-1.0)
+#define PDI_PRECOND_EVEN 1.0   /* of a scalar */
+#define PDI_PRECOND_ODD (-1.0) /* of a vector */
 
 /* The operands of a sweep. */
 typedef struct pdi_precond_sweep {
@@ -16052,8 +16068,8 @@ typedef struct pdi_precond_sweep {
 
 /* ---- mobility ---- */
 
-/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`: fluid that fills a slit moves as
- * the parabola, with 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
+/* Add the drag of the walls at the ends of `count` fluid nodes in a line from `first`. Fluid between two walls moves as
+ * a parabola, so 1/drag = (way to one wall)(way to the other)/(2 nu). An end without wall is a mirror. */
 static void pdi_precond_drag(const pd_flow *flow, int axis, int32_t first, int count, int below, int above,
                              double *drag)
 {
@@ -16233,7 +16249,7 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 
 /* First pseudo time step: L/U over this. */
 #define PDI_STEADY_SHIFT 1.0
-/* The same after a change of geometry, over this: the old state is near. */
+/* First pseudo time step after a change of geometry: L/U over this. The old state is near. */
 #define PDI_STEADY_AGAIN 0.1
 /* A step that lets the residual grow by more than this factor is taken back. */
 #define PDI_STEADY_GROWTH 10.0
@@ -16242,24 +16258,25 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 /* Newton steps in which the residual is halved, or the solve ends. */
 #define PDI_STEADY_PATIENCE 40
 
-/* Pseudo time steps shorter than this against the planned one are hopeless. */
+/* A pseudo time step that is this many times shorter than the planned one is hopeless. */
 #define PDI_STEADY_MAX_BOOST 1e8
-/* What the linearisation may miss of the residual in a step: more calls for a shorter pseudo time step, a quarter of it
- * allows a longer one. */
+/* Share of the residual that the linearisation may miss in a step. Above it the next pseudo time step is shorter, below
+ * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
-/* Share of the divergence left by the potential that takes it off, and the most iterations for it: rounding may be more
- * than that share. */
+/* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
 #define PDI_STEADY_ROUNDING 1e-19
 
-/* Newton steps of a stage in time, and the loosest linear tolerance of one. */
+/* Most Newton steps of a stage in time. */
 #define PDI_STEADY_STAGE 8
+/* Loosest linear tolerance of such a Newton step. */
 #define PDI_STEADY_STAGE_FORCING 0.1
 /* A linear solve that just misses costs a whole Newton step more. */
 #define PDI_STEADY_STAGE_ENOUGH 0.1
@@ -16272,9 +16289,9 @@ typedef struct pdi_steady_user {
 
 static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
-/* The units of both residuals: what they are scaled with. In a stage in time momentum counts in U rate where that is
- * more: an error of the velocity is then its size over U in either residual, and none of them drowns in the rounding of
- * the other. */
+/* The units that both residuals are scaled with. In a stage in time momentum counts in U rate where that is more. Then
+ * an error of the velocity counts as its size over U in either residual, and neither drowns in the rounding of the
+ * other. */
 static double pdi_steady_force(const pd_steady *s)
 {
     return fmax(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
@@ -16641,8 +16658,8 @@ typedef struct pdi_steady_path {
     int since;           /* Newton steps since it was */
 } pdi_steady_path;
 
-/* The state has moved by s->step and its residual has grown: shorter steps along the same direction, then none. Returns
- * the norm there; *taken: 0 or 1. */
+/* The state has moved by s->step and its residual has grown. Try shorter steps along this direction, then none. Returns
+ * the norm of the residual there; *taken: 0 or 1. */
 static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
 {
     double factor = 1.0, fresh = HUGE_VAL;
@@ -16657,7 +16674,7 @@ static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *ta
     return pdi_steady_residual(ctx, s, result);
 }
 
-/* What the linearisation did not foresee of the residual after a step: |r + sigma du|. */
+/* The part of the residual after a step that the linearisation does not give: |r + sigma du|. */
 static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;
@@ -16807,14 +16824,14 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 /* A residual that may do as a tolerance. */
 #define PDI_QUASI_STEADY_NEARLY 1e-3
 
-/* Factor between what enters and what the inlets push that no lattice explains: 1 but for some per cent, 1.7 with metal
- * within a horizon of the inlet (test_couple). */
+/* What enters over what the inlets push is 1 but for some per cent, and 1.7 with metal within a horizon of the inlet
+ * (test_couple). No lattice explains a factor above this one. */
 #define PDI_QUASI_STEADY_ENTERS 2.0
 /* Inlets whose sum is below this share of them feed each other. */
 #define PDI_QUASI_STEADY_FEEDS 1e-6
 
-/* Fluxes that contradict each other are no result: between metal and walls that the horizon spans the equations of the
- * lattice may have a solution that is none. */
+/* Fails when the fluxes contradict each other. Where a horizon spans the gap between metal and walls, a solution of the
+ * equations of the lattice may be no flow. */
 static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     char place[PDI_GRID_PLACE];
@@ -16836,7 +16853,8 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* Why a flow solve may have failed: what enters cannot leave. `status` where there is another reason. */
+/* Fails with a message where what enters cannot leave, which is why the flow solve failed. Returns `status` where there
+ * is another reason. */
 static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
@@ -16852,7 +16870,7 @@ static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q,
                     q->time, pdi_grid_place(q->flow->grid, node, place));
 }
 
-/* What a flow solve has reached that made no more progress, and what helps. */
+/* A message for a flow solve that made no more progress: what it has reached, and what helps. */
 static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
@@ -16891,7 +16909,8 @@ static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
     return PD_OK;
 }
 
-/* What stands outside becomes that of time t; the flow follows when it has moved by more than its tolerance. */
+/* Inlets, walls and forces become those of time t. The flow is solved again when they have moved by more than its
+ * tolerance. */
 static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
@@ -16962,11 +16981,13 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
 #include <math.h>
 #include <string.h>
 
-/* Step control: the largest change of one step to the next. */
+/* A step is at most this many times the one before. */
 #define PDI_IMPLICIT_GROWTH 3.0
+/* A step that is repeated is at least this share of the one that failed. */
 #define PDI_IMPLICIT_SHRINK 0.2
 /* Default tolerance of the stages over that of a step. */
 #define PDI_IMPLICIT_STAGE 1e-3
+/* Share of the first step below which no shorter step is tried: the run fails. */
 #define PDI_IMPLICIT_SMALLEST 1e-12
 /* Weight of the pressure flux beside the impulse of a start. What it leaves of the divergence is that share of the
  * error that the lattice makes in the impulse. */
@@ -17207,7 +17228,7 @@ static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
     return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
 }
 
-/* The slope at the end of the last step tells nothing about fluid that is new. */
+/* The slope at the end of the last step is unknown in fluid that is new. */
 static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;
@@ -17276,7 +17297,7 @@ void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 #define PDI_SPECTRUM_WAVES 4
 #define PDI_SPECTRUM_REFINED 6  /* halvings of the distance of waves around the worst */
 #define PDI_SPECTRUM_LANCZOS 40 /* steps for the norm of a gradient with cut families */
-#define PDI_SPECTRUM_ANGLES 48
+#define PDI_SPECTRUM_ANGLES 48 /* steps of the share of the energy in the density, from none to all */
 #define PDI_SPECTRUM_SAFETY 0.98 /* [-] for what lies between waves, and what Lanczos steps have not found */
 #define PDI_SPECTRUM_IMAGINARY 1.7320508075688772 /* end of the region on the imaginary axis */
 
@@ -17781,12 +17802,12 @@ pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
     return PD_OK;
 }
 
-/* Rounded up to whole parts of 1/128: limits are told anew when the state has changed by as much, and depend on
- * nothing but the state. */
+/* Rounded up to whole parts of 1/128. So a limit is computed again when the state has changed by as much, and depends
+ * on the state alone. */
 static double pdi_unsteady_parts(double x) { return ceil(128.0 * x) / 128.0; }
 
-/* What the linear flow of the present state is at most: key [PD_DIM+2] largest components of the velocity over c0,
- * local over rest speed of sound, largest specific volume over that at rest. */
+/* Upper bounds of the present state, key [PD_DIM+2]: the largest components of the velocity over c0, the largest speed
+ * of sound over that at rest, the largest specific volume over that at rest. */
 static void pdi_unsteady_extremes(const pd_unsteady *un, double *key)
 {
     const pd_grid *grid = un->flow->grid;
@@ -17945,6 +17966,7 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
 /* Places of the fields. */
 #define PDI_GAS_V 1
 #define PDI_GAS_P (PD_DIM + 1)
+/* Most halvings of a step before the run fails. */
 #define PDI_GAS_HALVINGS 20
 /* Rounds in which nodes fall back to first order within a stage. */
 #define PDI_GAS_ROUNDS 8
@@ -19348,7 +19370,7 @@ static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row
     return behind + ahead;
 }
 
-/* The same of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
+/* What leaves through the bonds of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
 static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, double *PD_RESTRICT sum)
 {
     const pd_bonds *bonds = c->bonds;
@@ -19689,7 +19711,7 @@ PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
 /* flux: see flux.h
  *
  * Design: the volume fluxes of the bonds hold during a step. In 1D and 2D they are stored, once for both ends: bond k
- * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are told anew by
+ * of node i is bond count-1-k of its far end. In 3D they would be a third of the memory of a run, and are computed by
  * each sweep, with the same bits from both ends. Sweeps go bond by bond over blocks of nodes along axis 0. Closed bonds
  * carry and conduct zero.
  */
@@ -19817,7 +19839,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
     if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
 }
 
-/* The same of bond k and of the opposite one, in planar boxes. */
+/* Volume fluxes of bond k and of the opposite one, in planar boxes. */
 PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, double *PD_RESTRICT ahead,
                                  double *PD_RESTRICT behind)
 {
@@ -20012,7 +20034,7 @@ typedef struct pdi_flux_upwinded {
 
 /* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
  * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers tell nothing of how steps differ: such steps lean in full. */
+ * that are no normal numbers do not show how steps differ: such steps lean in full. */
 PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
@@ -20177,7 +20199,7 @@ typedef struct pdi_flux_section {
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
 
-/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
+/* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid; the flux is computed from there. */
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
@@ -20188,7 +20210,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
 }
 
-/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), likewise. */
+/* What node i gains by the antidiffusive flux of bond k (eq. 5.4), computed from the end that is fluid. */
 static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
@@ -20464,14 +20486,14 @@ static void pdi_transport_apply(void *user, const double *x, double *y)
     pdi_transport_pin(u->t, y);
 }
 
-/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were told last. */
+/* y = A x less the derivative of the limited fluxes along x at the present field, whose fluxes were computed last. */
 static void pdi_transport_jacobian(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
     pd_transport *t = u->t;
     int32_t total = t->grid->total;
     const uint8_t *kind = t->grid->kind;
-    /* fluxes and right-hand side are told anew after the solve */
+    /* fluxes and right-hand side are computed again after the solve */
     double *slope_by = t->probe, *factor_by = t->rhs, *along = t->anti;
     int nt = pdi_par_threads(u->ctx, (int64_t)total * 4);
     (void)nt;
@@ -20721,7 +20743,7 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 }
 
 /* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
- * cycle of the multigrid tells what becomes of it: next to nothing in the stream, dt times as much where little
+ * cycle of the multigrid shows what becomes of it: next to nothing in the stream, dt times as much where little
  * passes. */
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
@@ -21212,14 +21234,17 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 #include <math.h>
 #include <string.h>
 
-/* Length of a step over the exchange time of the slowest node, and how many. */
+/* Length of a step over the exchange time of the slowest node. */
 #define PDI_SETTLE_LONG 1e9
+/* Most such steps. */
 #define PDI_SETTLE_STEPS 60
-/* Corrections in a row, each to that share of what it is for; a defect that falls by less than the last ends them. */
+/* Most corrections in a row. */
 #define PDI_SETTLE_CORRECTIONS 20
+/* Each is solved to this share of what it corrects. */
 #define PDI_SETTLE_SHARE 1e-4
+/* Corrections end when the defect after one is more than this share of the defect before. */
 #define PDI_SETTLE_SLOW 0.5
-/* The defect that they aim at: fluxes agree to what tables print. */
+/* The defect that corrections aim at: fluxes agree in all digits that tables print. */
 #define PDI_SETTLE_AIM 1e-10
 
 /* Longest time [s] in which a node exchanges its content; HUGE_VAL: nothing moves. */
@@ -21280,7 +21305,8 @@ static double pdi_settle_rounding(const pd_transport *t)
     return size * s->volume * pdi_sum_total(&sum);
 }
 
-/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing does they hold to rounding. */
+/* What all balances lack, over what passes: inflow, outflow, sources. Where nothing passes, 0 when they hold to
+ * rounding. */
 static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
@@ -21299,7 +21325,8 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }
 
-/* c + rest += delta, the latter what c cannot hold (Knuth's sum of two). Returns the relative change of the field. */
+/* c + rest += delta, where rest keeps the digits that c cannot hold (Knuth's sum of two). Returns the relative change
+ * of the field. */
 static double pdi_settle_add(pd_transport *t, const double *delta)
 {
     double moved = 0.0, size = 0.0;
@@ -21341,7 +21368,7 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
         pd_status status = pd_transport_implicit(ctx, t, PDI_SETTLE_LONG * limit, result);
         result->krylov = krylov += result->krylov;
         if (status < 0) return status;
-        /* what is owed belongs to a time that never was */
+        /* the carry belongs to a step that is no step in time */
         pdi_par_zero(ctx, t->grid->total, t->carry);
         for (int32_t i = 0; i < t->grid->total; i++) {
             if (t->grid->kind[i] != PD_FLUID) continue;
@@ -21474,8 +21501,9 @@ pd_process pd_euler_process(pd_transport *transport, pd_euler *e)
 #include <math.h>
 #include <string.h>
 
-/* Step control: the largest change from one step to the next. */
+/* A step is at most this many times the one before. */
 #define PDI_ADVANCE_GROWTH 4.0
+/* A step that is repeated is at least this share of the one that failed. */
 #define PDI_ADVANCE_SHRINK 0.1
 
 PDI_FN void pdi_advance_list(pdi_owner *owner, void *object)
@@ -21797,19 +21825,20 @@ double pd_material_speed(const pd_material *material, double current)
 #include <string.h>
 
 /* id values while the grains are built */
-#define PDI_GRAIN_FAR (-1)
-#define PDI_GRAIN_WANTED (-2)
-#define PDI_GRAIN_UNSURE (-3)
-#define PDI_GRAIN_NEW (-4)
+#define PDI_GRAIN_FAR (-1)    /* too far from metal to have a grain */
+#define PDI_GRAIN_WANTED (-2) /* gets a grain */
+#define PDI_GRAIN_UNSURE (-3) /* its nearest seed may not have been made */
+#define PDI_GRAIN_NEW (-4)    /* marked in the present sweep */
 
-/* Streams of random numbers: 0 orientation, 1 shift, 2 + cell hash: the seeds of a cell. */
-#define PDI_GRAIN_STREAM_TURN 0
-#define PDI_GRAIN_STREAM_SHIFT 1
-#define PDI_GRAIN_STREAM_CELL 2
+/* Streams of random numbers. */
+#define PDI_GRAIN_STREAM_TURN 0  /* orientation */
+#define PDI_GRAIN_STREAM_SHIFT 1 /* shift */
+#define PDI_GRAIN_STREAM_CELL 2  /* plus the hash of a cell: the seeds of the cell */
 
 /* Nodes, or cells of seeds, between two looks at the caller. */
 #define PDI_GRAIN_POLL 65536
-/* A grain of so many times the metal: the chance that the metal has a second one is one over that. */
+/* A grain is at most this many times as large as the metal. The chance that the metal has a second one is then one over
+ * this number. */
 #define PDI_GRAIN_ONE 1e6
 
 /* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */
@@ -21898,7 +21927,7 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
 /* Seeds of lattice cell q: their number, and the position of one. */
 static uint64_t pdi_grain_stream(const int64_t *q)
 {
-    /* 21 bits an axis: cells are told apart up to a million cells from the origin */
+    /* 21 bits an axis: cells have different numbers up to a million cells from the origin */
     uint64_t stream = 0;
     for (int a = 0; a < PD_DIM; a++) stream = (stream << 21) | ((uint64_t)(q[a] + 1048576) & 2097151u);
     return stream + PDI_GRAIN_STREAM_CELL;
@@ -22379,11 +22408,13 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
 /* law: see law.h */
 #include <math.h>
 
-/* Concentrations at which the end of a law is sought: growth from one to the next, and the least over the top. */
+/* The end of a law is sought in strides of concentration. This is a stride over the concentration. */
 #define PDI_LAW_GROWTH 0.0625
+/* Least stride over the top. */
 #define PDI_LAW_LEAST 1e-9
-/* Most halvings of an interval, which has then no number inside, and rounds of a rising law. */
+/* Most halvings of an interval: then no number is left inside. */
 #define PDI_LAW_HALVINGS 200
+/* Most rounds for a rising law. */
 #define PDI_LAW_ROUNDS 400
 
 PDI_FN double pdi_law_own(pdi_law *law, int m, double c)
@@ -22432,7 +22463,7 @@ PDI_FN double pdi_law_end(pdi_law *law, double c, double limit)
     if (!(pdi_law_rate(law, c) > 0.0)) return c;
     while (a < limit) {
         double b = pdi_law_stride(law, a, limit), v = pdi_law_rate(law, b);
-        if (!pdi_law_finite(v)) return HUGE_VAL; /* who asks there is told */
+        if (!pdi_law_finite(v)) return HUGE_VAL; /* a call that needs the law there fails with a message */
         if (!(v > 0.0)) return pdi_law_halve(law, a, b);
         a = b;
     }
@@ -22502,14 +22533,15 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
     return b;
 }
 
-/* Widest difference over the concentration that a slope is taken from, least one, and the share of the step that a jump
- * becomes behind the film. */
+/* A slope is taken from a difference. This is the widest one over the concentration. */
 #define PDI_LAW_WIDE 1e-6
+/* Least one over the concentration. */
 #define PDI_LAW_NARROW 1e-10
+/* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
-/* The line that touches V at c from below: what follows a solution is steeper, or the end. A rising law is taken as it
- * is behind a film, and with its slope where there is none. */
+/* The line that touches V at c. Its slope is taken below c: above c the law may be steeper, or end. Behind a film a
+ * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
 {
     double now = pdi_law_at(law, p, c), size = fmax(c, PDI_LAW_LEAST * law->top), width = PDI_LAW_WIDE * size;
@@ -22535,8 +22567,9 @@ PDI_FN void pdi_law_tame(double most, pdi_law_point *p)
     p->slope = most;
 }
 
-/* Share of a concentration around a jump, and of a speed that makes one. */
+/* A jump lies within this share of its concentration. */
 #define PDI_LAW_AROUND 1e-9
+/* The speed falls at a jump by more than this share. */
 #define PDI_LAW_DROP 1e-6
 
 /* Pin the point to the jump down between a and b. 0: there is none, the law is steep. */
@@ -22616,8 +22649,8 @@ PDI_FN int pdi_law_begin(pdi_law *law, double resist, double from, double end, d
     return pdi_law_jumps(law, c, p) || pdi_law_touch(law, c, p);
 }
 
-/* Where V meets the line between both questions, for the first time as far as the end of the law tells. NaN: the law is
- * not finite. */
+/* Where V meets the straight line between the two known points (low_c, low_v) and (high_c, high_v): the first meeting
+ * before the end of the law, if there is one. NaN: the law is not finite. */
 static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
 {
     double a = p->low_c, b = p->high_c, asked_a = p->low_v, asked_b = p->high_v;
@@ -22655,7 +22688,7 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
     return b;
 }
 
-/* Where a rising law meets the line through both questions on its low side, above the later one at c. */
+/* Where a rising law meets, above c, the straight line through (low_c, low_v) and (c, asked). */
 static double pdi_law_ahead(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double rise = (asked - p->low_v) / (c - p->low_c), ahead = c;
@@ -22684,7 +22717,7 @@ static int pdi_law_passes(pdi_law *law, pdi_law_point *p, double c, double asked
     return pdi_law_at(law, p, fmax(c - close, 0.0)) >= asked && pdi_law_at(law, p, c + close) <= asked;
 }
 
-/* Where the next line touches V, after the question at c. */
+/* Where the next line touches V, after `asked` was compared with V at c. */
 static double pdi_law_next(pdi_law *law, double c, double asked, double given, pdi_law_point *p)
 {
     if (given >= asked) {
@@ -22703,7 +22736,7 @@ static double pdi_law_next(pdi_law *law, double c, double asked, double given, p
     p->high_c = c;
     p->high_v = asked;
     if (c <= p->low_c && !(p->resist > 0.0)) return c; /* nothing is known below: Newton's method */
-    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid without metal asks for none */
+    if (c <= p->low_c) p->low_c = p->low_v = 0.0; /* fluid at 0 needs the speed 0 there */
     return c > 0.0 ? pdi_law_crossing(law, p) : c;
 }
 
@@ -22731,8 +22764,8 @@ PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *p, double a, double c
     return slowest;
 }
 
-/* The first concentration on the way from the low side to c at which the metal gives less than is asked on the line
- * between both: metal does not lift its fluid across the end of a law, or a slow part of it, in one step. c: none. */
+/* The first concentration on the way from the low side to c at which V is below the straight line between both points;
+ * c: none. So metal does not lift its fluid across the end of a law, or across a slow part of it, in one step. */
 static double pdi_law_way(pdi_law *law, pdi_law_point *p, double c, double asked)
 {
     double a = p->low_c;
@@ -23423,8 +23456,7 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 /* Content above the threshold that counts as none, as a fraction of Cs: rounding of the losses. */
 #define PDI_CONTENT_EMPTY 1e-12
 
-/* Share of the mean lead that is taken off. The whole of it, right for layers of a flat front, is too much where steps
- * run over a curved one: 0.6 is fitted to discs of 8 and 16 cells (within 1.5 % of the speed until half is gone). */
+/* Content at which a node turns fluid, over the mean lead. It is fitted to discs (decisions: Dissolution). */
 #define PDI_CONTENT_LEAD_SHARE 0.6
 
 /* A solid neighbour that loses at most this share of what a node loses lies behind it. */
@@ -23473,7 +23505,7 @@ PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-/* Weight of the far end of bond k of node j as an heir; 0: it is none. */
+/* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
 static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
 {
     int32_t i = pdi_entry_far(d->bonds, j, k);
@@ -23519,8 +23551,8 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
         d->mark[p->node[n]] = (uint8_t)((d->mark[p->node[n]] & ~PDI_CONTENT_SEEN) | label);
 }
 
-/* 1: the piece of node j has more than it gives in the step, which is as soon known as it has more than all metal
- * gives. */
+/* 1: the piece of node j has more than it gives in the step. The search ends early when the piece has more than all
+ * metal gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
     double take = dt * pdi_metal_span(d, j);
@@ -23585,8 +23617,8 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     return found;
 }
 
-/* Move `rest` to the solid nodes nearest to j on paths through its piece, whose other nodes leave as well. 0: there is
- * none. */
+/* Move `rest` to the nearest solid nodes that j hangs together with, over nodes that have turned fluid in this step. 0:
+ * there are none. */
 static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
 {
     pdi_content_piece p;
@@ -23623,8 +23655,9 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
     }
 }
 
-/* The bond along which node j hands over the share of bond k. What another metal would get goes as deep into the metal,
- * but straight: as much would have come from there, so that a flat front across two metals stays flat. -1: none. */
+/* The bond along which node j hands over the share of bond k: k itself, unless k leads to another metal. Then the share
+ * goes as deep into the metal of j, straight behind j. As much would have come from the other metal, so a flat front
+ * over two metals stays flat. -1: none. */
 static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
 {
     const pd_stencil *s = d->bonds->stencil;
@@ -23642,9 +23675,9 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
     return -1;
 }
 
-/* Move `rest` (what node j still holds, or owes when negative) to the layer behind it, the present front; without one
- * to any solid neighbour, or to the metal that it hangs together with. Where there is none, it is rounding, and goes to
- * the fluid around. */
+/* Move `rest` from node j to the layer behind it, the present front. `rest` is what j still holds; it is negative when
+ * j has given too much. Without such a layer it goes to any solid neighbour, else to the metal that j hangs together
+ * with. Without any metal it is rounding, and goes to the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
     int count = d->bonds->stencil->count;
@@ -23698,8 +23731,8 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
     return 0;
 }
 
-/* Spent nodes leave the solid, all of a round together, so that a flat layer leaves as one; what they hand over may
- * overdraw others, which leave in the next round. */
+/* Spent nodes leave the solid. All of a round leave together, so a flat layer leaves as one. What they hand over may be
+ * negative and empty other nodes, which leave in the next round. */
 static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c;
@@ -23721,8 +23754,8 @@ static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
 
 /* ---- bonds: a node turns at the end of the step that is closest to its own end ---- */
 
-/* Where node i finds or leaves metal: bond k leads to another node of its metal, and no wall stands in between. -1: it
- * does not. */
+/* The far end of bond k of node i when it is another solid node of the same metal, which has not turned, and no wall
+ * lies in between. -1: it is not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
     int32_t at = pdi_entry_far(d->bonds, i, k);
@@ -23731,9 +23764,9 @@ static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
     return pdi_entry_free(d->bonds, i, k) ? at : -1;
 }
 
-/* Node i, below its end, takes what it lacks from the metal in its reach, in proportion to the weights, and no more
- * than that has above its end. What is left goes round until it is covered or none has any. Metal that is drained
- * turns, too. */
+/* Node i is below its end. It takes what it lacks from the metal in its reach, in proportion to the weights. No metal
+ * gives more than it has above its end. What is still lacking is shared again, until it is covered or no metal has any.
+ * Metal that is drained turns, too. */
 static void pdi_content_take(pd_dissolve *d, int32_t i)
 {
     double *c = d->transport->c, lacks = pdi_metal_end(d, i) - c[i];
@@ -23771,8 +23804,8 @@ static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
     return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
-/* Node i passes what it has above its end to such metal, in proportion to the weights and none more than whole metal
- * has. What is left goes round, and stays where nobody takes it. */
+/* Node i passes what it has above its end to such metal, in proportion to the weights. No node gets more than whole
+ * metal has. What is left is shared again, and stays when no node has room. */
 static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
 {
     double *c = d->transport->c, end = pdi_metal_end(d, i), left = c[i] - end;
@@ -23855,7 +23888,7 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     double *c = d->transport->c;
     d->changed_count = 0;
-    /* the contents tell where the surface stands, so all rates come first */
+    /* the place of the surface follows from the contents, so all rates come first */
     for (int32_t f = 0; f < d->front_count; f++)
         c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {
@@ -24276,7 +24309,7 @@ static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
     d->rated = 1;
 }
 
-/* *met: 1 when the lines ask at the present field what the law gives. Otherwise there are new lines. */
+/* *met: 1 when the lines have at the present field the speeds of the law. Otherwise there are new lines. */
 static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *met)
 {
     const pd_transport *t = d->transport;
@@ -24290,7 +24323,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
         if (!(beside->weight > 0.0)) continue;
         pdi_interface_law(d, beside, &law);
         double near = PDI_DISSOLVE_NEAR * fastest, held = near;
-        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law is owed to the next step, and lifts that */
+        if (pdi_metal_bonds(d)) { /* what a node holds beyond its law goes to the next step, and raises its field */
             held = PDI_DISSOLVE_MARGIN * t->size / (dt * beside->weight);
             near = fmax(near, held);
         }
@@ -24410,8 +24443,8 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 }
 
 /* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
- * steeper than all that the fluid does, its concentration tells the speed to few digits, and the balance of the node
- * tells it. */
+ * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
+ * gives it. */
 static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
@@ -24489,9 +24522,9 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 
 /* Share of `fraction` that the course of a law within a step may cost. */
 #define PDI_DISSOLVING_EXACT 0.04
-/* A node may lose this much more than the share that steps are chosen for, where the law speeds up. A step this much
- * shorter than wanted has failed. */
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
 #define PDI_DISSOLVING_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
 #define PDI_DISSOLVING_SHORTEST 1e-9
 
 static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
@@ -24523,8 +24556,9 @@ static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* The step becomes so short that it takes no more than it may, and that the rest of the law's course is a small part of
- * that; a jump is met within that, too. Returns the factor for the step; 1: it is short enough. */
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
 static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
 {
     double error, taken;
@@ -24719,7 +24753,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Area of the surfaces that give metal, as row r sees it: each of its bonds that ends behind one stands for
+/* Area of the surfaces that give metal, as row r sees it. Each of its bonds that ends behind such a surface counts
  * c(n) V. */
 static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
 {
@@ -24813,7 +24847,7 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #include <math.h>
 #include <string.h>
 
-/* Share of a node that a step takes over the error of the loss that it is taken for. */
+/* `fraction`, the largest share of a node that a step takes, over the default of rtol, the error of the loss. */
 #define PDI_COUPLE_FRACTION 25.0
 
 pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
@@ -24931,7 +24965,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
-/* Nodes have turned fluid: let all that follows from kinds follow. */
+/* Nodes have turned fluid: renew all that depends on the kinds of nodes. */
 static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
@@ -24941,7 +24975,8 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
     return PD_OK;
 }
 
-/* The step of the run when the first process that moves goes through steps of its own: the longest that suits all. */
+/* The step of the run when the first process that moves takes several steps of its own in it: the longest that suits
+ * all. */
 static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
@@ -25094,7 +25129,7 @@ static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *a
     return PD_OK;
 }
 
-/* Turn the metal of the grid fluid where `kind` says so, and let all that follows from kinds follow. */
+/* Turn the metal of the grid fluid where `kind` says so, and renew all that depends on the kinds of nodes. */
 static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;
@@ -25420,7 +25455,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
     if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "commit of a file that is not open");
     pd_status status = PD_OK;
     errno = 0;
-    /* An error of an earlier write that the caller passed over must not end in a file under the final name. */
+    /* A caller may have ignored the error of an earlier write: the file must not get its final name then. */
     int broken = ferror((FILE *)file->stream);
     int closed = fclose((FILE *)file->stream);
     file->stream = NULL;
@@ -25565,16 +25600,16 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 /* zlib: see zlib.h */
 #include <string.h>
 
-#define PDI_ZLIB_WINDOW 32768
+#define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
 #define PDI_ZLIB_CHAIN 192      /* candidates looked at per position */
-#define PDI_ZLIB_MAX_MATCH 258
+#define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
 #define PDI_ZLIB_BLOCK 16384    /* symbols per block */
 #define PDI_ZLIB_LONG 64        /* such a match is good enough; inside of it, few positions begin another */
 #define PDI_ZLIB_ENDING 16      /* those at its end */
-#define PDI_ZLIB_LITERALS 286
-#define PDI_ZLIB_DISTANCES 30
-#define PDI_ZLIB_LENGTH_CODES 19
-#define PDI_ZLIB_FIXED 288
+#define PDI_ZLIB_LITERALS 286 /* symbols of literals and lengths */
+#define PDI_ZLIB_DISTANCES 30 /* symbols of distances */
+#define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
+#define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -26284,10 +26319,10 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
 #include <string.h>
 
 #define PDI_STORE_MAGIC "PDSTORE\n"
-#define PDI_STORE_ORDER 0x01020304u
-#define PDI_STORE_FOREIGN 0x04030201u
-#define PDI_STORE_HEAD 64
-#define PDI_STORE_ITEM 48
+#define PDI_STORE_ORDER 0x01020304u /* mark of the byte order */
+#define PDI_STORE_FOREIGN 0x04030201u /* that mark in the other order */
+#define PDI_STORE_HEAD 64 /* [byte] */
+#define PDI_STORE_ITEM 48 /* [byte] before the elements */
 #define PDI_STORE_END "end"
 
 /* Where the numbers of both heads stand; each ends with its checksum. */
@@ -26656,7 +26691,7 @@ static int pdi_folder_busy(int lock)
 {
     errno = 0;
 #if defined(LOCK_EX)
-    /* belongs to the descriptor, so it tells two runs of one process apart */
+    /* the lock belongs to the descriptor, so two runs of one process exclude each other */
     return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
 #else
     struct flock whole;
@@ -26692,7 +26727,7 @@ static void pdi_folder_write(int lock, const char *text)
     (void)written; /* the number is for the message of others alone */
 }
 
-/* Removed while it is ours, so that nobody loses one. */
+/* The file is removed while this run holds its lock, so no other run loses one. */
 static void pdi_folder_drop(const char *path, int lock)
 {
     remove(path);
@@ -26856,7 +26891,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
     FILE *there = fopen(list, "rb");
-    if (!there) return PD_OK; /* nothing to go on with, which the checkpoint will tell */
+    if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
     return pdi_folder_hold(ctx, f);
 }
@@ -27287,7 +27322,7 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
 #include <math.h>
 #include <string.h>
 
-#define PDI_CANVAS_COLUMNS 5
+#define PDI_CANVAS_COLUMNS 5 /* width of a glyph */
 #define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
 
 /* Glyphs of ASCII 32..126; bit 5 r + c is the dot in row r, column c. */
@@ -27642,7 +27677,7 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 #include <math.h>
 
 #define PDI_COLOUR_FINE 2048 /* samples for the arc length */
-#define PDI_COLOUR_DEGREE 0.017453292519943295
+#define PDI_COLOUR_DEGREE 0.017453292519943295 /* [rad] one degree */
 
 typedef struct pdi_colour_lab {
     double l, a, b;
@@ -27747,13 +27782,13 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PICTURE_WIDTH 1000 /* pixels the field aims at */
-#define PDI_PICTURE_HEIGHT 900
+#define PDI_PICTURE_WIDTH 1000 /* pixels that the width of the field aims at */
+#define PDI_PICTURE_HEIGHT 900 /* pixels that its height aims at */
 #define PDI_PICTURE_LARGEST 1400 /* beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
-#define PDI_PICTURE_SOLID 0x9A9DA1u
-#define PDI_PICTURE_WALL 0x3C4043u
-#define PDI_PICTURE_NAN 0xFF00FFu
+#define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
+#define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
+#define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
 #define PDI_PICTURE_BAR 22 /* width of the colour bar */
 
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
@@ -28069,12 +28104,12 @@ pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *pict
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PLOT_GRID 0xE3E5E8u
+#define PDI_PLOT_GRID 0xE3E5E8u /* colour of grid lines */
 #define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
-#define PDI_PLOT_LINE 2.5
+#define PDI_PLOT_LINE 2.5 /* [pixel] width of a curve */
 #define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
 #define PDI_PLOT_CAP 5.0 /* [pixel] half the stroke at its ends */
-#define PDI_PLOT_LEGEND_ROW 26
+#define PDI_PLOT_LEGEND_ROW 26 /* [pixel] height of a row */
 
 typedef struct pdi_plot_layout {
     int left, top, right, bottom; /* of the axes */
@@ -28212,7 +28247,7 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     }
 }
 
-/* Six shapes, so that curves are told apart in gray print too. */
+/* Six shapes, so that curves differ in gray print too. */
 static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
 {
     static const double corner[6][8] = {
@@ -28401,7 +28436,7 @@ pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_VTI_TEXT 2048
+#define PDI_VTI_TEXT 2048 /* [byte] of a name or of the head */
 
 static const char *const pdi_vti_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
 static const size_t pdi_vti_sizes[4] = {8, 4, 1, 4};
@@ -28956,7 +28991,7 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
 /* progress: see progress.h */
 #include <stdio.h>
 
-#define PDI_PROGRESS_BAR 26
+#define PDI_PROGRESS_BAR 26 /* characters */
 
 PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
 {
@@ -29720,7 +29755,7 @@ static const pdi_expr_function pdi_expr_functions[] = {
 static const pd_expr_symbol pdi_expr_builtin[] = {
     {"pi", "", 3.14159265358979323846}, {"R", "J/mol/K", 8.31446261815324}, {"F", "C/mol", 96485.3321233100}};
 
-#define PDI_EXPR_BUILTINS 3
+#define PDI_EXPR_BUILTINS 3 /* pi, R, F */
 
 /* What is known of a subexpression while compiling. */
 typedef struct pdi_expr_type {
@@ -30834,7 +30869,7 @@ PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after
     return -1;
 }
 
-/* A call that has no status ran out of memory: the next one that has tells it. */
+/* A call that has no status ran out of memory: the next one that has a status returns it. */
 static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
 {
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
@@ -31803,7 +31838,7 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are told by their checksum */
+#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are replaced by their checksum */
 
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 {
@@ -32436,7 +32471,7 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s)
 
 /* ---- laws ---- */
 
-/* The law at C = 0 tells the size of the speed, and a rate that is negative there never dissolves anything. */
+/* The law at C = 0 gives the size of the speed. A rate that is negative there never dissolves anything. */
 static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
 {
     double v = pdi_setup_speed(metal);
@@ -32684,7 +32719,7 @@ PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_FLAT_FRAMES 20.0
+#define PDI_READ_FLAT_FRAMES 20.0 /* pictures of a run */
 
 /* One line a number: name, default as in the original file, smallest and largest admissible value, 1: that bound
  * itself is refused. */
@@ -32721,7 +32756,7 @@ typedef struct pdi_read_flat {
     PDI_READ_FLAT_NUMBERS(PDI_X)
 #undef PDI_X
     double dx_file; /* dx before overrides */
-    int bonds;      /* metal goes by diffusion across the surface, for want of k_corr */
+    int bonds;      /* there is no k_corr: metal goes by diffusion across the surface */
 } pdi_read_flat;
 
 /* Keys that are read and have no effect, and why. */
@@ -34518,6 +34553,7 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
 #define PDI_FOOTPRINT_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
 /* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
 #define PDI_FOOTPRINT_PLOT 5.7e6
+/* [byte] The state of the packer alone. */
 #define PDI_FOOTPRINT_PACK 0.55e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
@@ -34897,8 +34933,8 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest: what they leave is owed to the next
- * step, and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual one. */
+/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest. What they leave goes to the next step,
+ * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
 #define PDI_MODEL_CORRODE 1e-9
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
@@ -35256,7 +35292,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* 1: somebody asks for the rows of bonds after metal has gone. */
+/* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
     return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;
@@ -35526,7 +35562,7 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 #include <string.h>
 
 #define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
-#define PDI_SAMPLE_CELLS (1 << PD_DIM)
+#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* that a point may touch */
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 
@@ -35764,8 +35800,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
     return pdi_quadratic_solve(&job->fit);
 }
 
-/* Fluid nodes from which x is told: those whose cells it touches, or the nearest ones beside it where it lies on or
- * before a smooth surface in a closed cell. */
+/* Fluid nodes whose values give that at x: those whose cells x touches. Where x lies in a closed cell, on a smooth
+ * surface or before it: the nearest nodes beside x. */
 static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
 {
     int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
@@ -37105,7 +37141,7 @@ static void pdi_compare_name(const pd_figure *f, char *text, size_t size)
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
 }
 
-/* Value of a figure; 0: nobody watches it. unit: NULL, or its unit [16]. */
+/* Returns 1 and the value of a figure; 0: the run does not watch it. unit: NULL, or its unit [16]. */
 static int pdi_compare_value(const pd_compare *c, const char *figure, double *value, char *unit)
 {
     char name[2 * PD_SETUP_NAME];
@@ -37456,7 +37492,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     return r->stopped;
 }
 
-/* Fields are due at multiples of `every`, at the end, and when a run is stopped that nobody can go on with. */
+/* Fields are due at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
 static int pdi_run_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
@@ -38095,8 +38131,8 @@ static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
     return PD_OK;
 }
 
-/* A face at a place [m] that is one between nodes of the lattice is one of the coarser lattice, too: a body whose size
- * jumps tells nothing about the error. */
+/* A shape has a face at a place [m]. A face on a face of cells has to lie on one of the coarser lattice, too: otherwise
+ * the size of the body jumps, which would hide the error. */
 static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -38186,11 +38222,11 @@ PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int facto
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_ESTIMATE_LEAST 0.5 /* [-] observed orders that are believed */
-#define PDI_ESTIMATE_MOST 3.0
+#define PDI_ESTIMATE_LEAST 0.5 /* [-] least observed order that is believed */
+#define PDI_ESTIMATE_MOST 3.0 /* [-] largest of them */
 #define PDI_ESTIMATE_NOISE 1e-9 /* [-] smaller relative differences are rounding and tolerances of solvers */
-#define PDI_ESTIMATE_MINOR 0.1
-#define PDI_ESTIMATE_LINE 2048
+#define PDI_ESTIMATE_MINOR 0.1 /* [-] figures below this share of the largest of their sort are minor */
+#define PDI_ESTIMATE_LINE 2048 /* [byte] of a line */
 
 /* ---- figures of the twins ---- */
 
@@ -38502,7 +38538,7 @@ pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char 
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_FIT_OVERRIDES 128
+#define PDI_FIT_OVERRIDES 128 /* most overrides of a fit, its own included */
 
 typedef struct pdi_fit {
     pd_ctx *ctx;
