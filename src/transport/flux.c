@@ -584,6 +584,7 @@ typedef struct pdi_flux_section {
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
 
+PDI_COLD_BEGIN
 /* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid, the flux is told from there. */
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
@@ -710,3 +711,4 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     pdi_owner_free(ctx, pdi_flux_boundary_list, t);
     t->capacity = t->boundary_capacity = 0;
 }
+PDI_COLD_END
