@@ -16,7 +16,7 @@
  *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it
  *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run
  *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with
- *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -O1 or -O2 where the file has -O3.
+ *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.
  *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that
  *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a
  *   pd_status, and pd_ctx.message then says what, where and how to mend.
@@ -256,6 +256,15 @@
 #define PDI_COLD
 #endif
 
+/* PDI_COLD_BEGIN .. PDI_COLD_END: functions off the hot paths in a module of others, such as those that build it. */
+#ifdef PDI_COLD
+#define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
+#define PDI_COLD_END _Pragma("GCC pop_options")
+#else
+#define PDI_COLD_BEGIN
+#define PDI_COLD_END
+#endif
+
 /* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
@@ -265,7 +274,14 @@
 #define PDI_INLINE static inline
 #endif
 
-/* PDI_ONCE: code off the hot paths with many callers, of which there shall be no copies. */
+/* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
+#ifdef PDI_COLD
+#define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
+#else
+#define PDI_FEW static
+#endif
+
+/* PDI_ONCE: code with several callers, of which there shall be no copies, since a call costs nothing beside it. */
 #if defined(__clang__)
 #define PDI_ONCE __attribute__((noinline))
 #elif defined(__GNUC__)
@@ -1817,12 +1833,13 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int32_t first,
-                                int32_t count);
+PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                        int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour);
+PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                         int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
-PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
+PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
 #endif
 
 #endif
@@ -6670,7 +6687,7 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>core/pace.c ======== */
@@ -6902,7 +6919,7 @@ PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>core/owner.c ======== */
@@ -7562,6 +7579,7 @@ PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
     return 1;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -7670,13 +7688,14 @@ pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
     }
     return PD_OK;
 }
+PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>lattice/area.c ======== */
@@ -8659,6 +8678,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
     }
 }
 
+PDI_COLD_BEGIN
 /* Box around shape `index`; unbounded directions stay at +-infinity. */
 static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
@@ -8841,6 +8861,7 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     if (status < 0) pd_grid_free(ctx, grid);
     return status;
 }
+PDI_COLD_END
 
 /* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
  * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */
@@ -8900,6 +8921,14 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
         for (int d = 1; d < PD_DIM; d++) shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     }
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>lattice/span.c ======== */
 /* span: see span.h */
@@ -8978,6 +9007,14 @@ PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int component
 {
     pdi_span_copy(ctx, s, components, packed, full, 0);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>lattice/ghost.c ======== */
 /* ghost: see ghost.h */
@@ -9104,7 +9141,7 @@ PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>lattice/axisym.c ======== */
@@ -9799,6 +9836,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     pdi_bond_transpose(norm, advecting);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
@@ -9890,6 +9928,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     pdi_bond_swap_double(b->leg, 2 * PD_DIM, r, q);
     pdi_bond_swap_double(b->advecting, PD_DIM * PD_DIM, r, q);
 }
+PDI_COLD_END
 
 /* Plain rows first, in the order of their nodes, then those at inlets. */
 static void pdi_bond_sort(pd_bonds *b)
@@ -9981,6 +10020,7 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 /* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
 #define PDI_BOND_POLL 4096
 
+PDI_COLD_BEGIN
 static void pdi_bond_table(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
@@ -10034,6 +10074,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     if (status < 0) pd_bonds_free(ctx, bonds);
     return status;
 }
+PDI_COLD_END
 
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
 {
@@ -10058,6 +10099,7 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+PDI_COLD_BEGIN
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
@@ -10095,6 +10137,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_axisym_free(ctx, &b->axisym);
     memset(b, 0, sizeof *b);
 }
+PDI_COLD_END
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -10262,6 +10305,14 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
 #undef PDI_SURFACE_TOUCH
 #undef PDI_SURFACE_STEP
 #undef PDI_SURFACE_FAR
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>lattice/boundary.c ======== */
 /* boundary: see boundary.h */
@@ -10400,6 +10451,11 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
 #pragma GCC pop_options
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
 /* ======== >>lattice/traverse.c ======== */
 /* traverse: see traverse.h */
 
@@ -10471,6 +10527,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
         block(user, boundary->node[p], bonds->row[boundary->node[p]], p, 1);
 }
 
+PDI_COLD_BEGIN
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
 static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                                pdi_traverse_flux_fn flux, const void *user, pdi_sum *sum)
@@ -10512,10 +10569,14 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
     }
     return pdi_sum_total(&sum);
 }
+PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>lattice/media.c ======== */
@@ -11598,6 +11659,14 @@ void pd_csr_free(pd_ctx *ctx, pd_csr *csr)
     PDI_DELETE(ctx, csr->rows + 1, csr->given_row);
     memset(csr, 0, sizeof *csr);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>lattice/lattice.c ======== */
 /* lattice: see lattice.h */
@@ -11665,7 +11734,7 @@ void pd_lattice_free(pd_ctx *ctx, pd_lattice *l)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>lattice/quadratic.c ======== */
@@ -11921,6 +11990,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
@@ -11944,6 +12014,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
+PDI_COLD_END
 
 PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
 {
@@ -12052,7 +12123,7 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>solve/krylov.c ======== */
@@ -12090,6 +12161,7 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
@@ -12148,6 +12220,7 @@ PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kr
     if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
+PDI_COLD_END
 
 /* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
@@ -12692,7 +12765,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 #define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
@@ -12892,8 +12965,8 @@ PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *leve
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
-static inline void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
-                                          int32_t end)
+PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
+                                              int32_t end)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
@@ -12902,8 +12975,8 @@ static inline void pdi_smoother_linked_line(const pd_smoother_level *level, cons
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
-static inline void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
-                                           int32_t n)
+PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
+                                             int32_t n)
 {
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
@@ -12945,8 +13018,8 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
 }
 
 /* Lines `line` and `beside` (-1: none). */
-static inline void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
-                                     int32_t beside)
+PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
+                                       int32_t beside)
 {
     int32_t n0 = level->n[0], first[2];
     first[0] = line * n0;
@@ -13462,6 +13535,7 @@ static size_t pdi_multigrid_sums(const pd_multigrid *mg)
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
@@ -13546,6 +13620,7 @@ PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
+PDI_COLD_END
 
 /* ---- setup: the finest level ---- */
 
@@ -14025,7 +14100,7 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>solve/sdirk.c ======== */
@@ -14524,7 +14599,7 @@ PDI_FN double pdi_least_squares_quantile(int freedom)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>flow/scales.c ======== */
@@ -14742,6 +14817,7 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
+PDI_COLD_BEGIN
 /* The patches that row r joins get the lower of their numbers; 1: one changed. */
 static int pdi_flow_join(pd_flow *flow, int32_t r)
 {
@@ -14788,6 +14864,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     }
     return PD_OK;
 }
+PDI_COLD_END
 
 PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
 {
@@ -14886,6 +14963,13 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     }
 }
 
+PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
+                          pdi_flow_own *own, pdi_flow_sums *sums)
+{
+    if (row < 0) pdi_flow_whole(flow, t, i, count, own, sums);
+    else pdi_flow_cut(flow, t, i, row, count, own, sums);
+}
+
 /* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
  * Laplacian through wall_lap, and the curvature of the velocity at the wall, known from the momentum balance there
  * (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). The radial component of a vector turns with the circumference:
@@ -14902,8 +14986,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     memset(&sums, 0, sizeof sums);
     if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
     else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
-    else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
-    else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
+    else pdi_flow_few(flow, t, i, row, count, &own, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->stabilisation * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -15006,6 +15089,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
+PDI_COLD_BEGIN
 /* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
 static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
 {
@@ -15301,6 +15385,7 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     if (status < 0) pd_flow_free(ctx, flow);
     return status;
 }
+PDI_COLD_END
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
 {
@@ -15321,6 +15406,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
     return pdi_flow_data(ctx, flow, flow->time, 0.0, NULL, &walls);
 }
 
+PDI_COLD_BEGIN
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
@@ -15337,6 +15423,7 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }
+PDI_COLD_END
 
 /* ======== >>flow/jacobian.c ======== */
 /* jacobian: see jacobian.h
@@ -15486,6 +15573,11 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     }
 }
 
+PDI_FEW void pdi_jacobian_few(const pd_jacobian *q, int32_t i, int32_t row, int count, pdi_jacobian_sums *sums)
+{
+    pdi_jacobian_sum(q, i, row, count, sums);
+}
+
 /* The operands of a sweep. */
 typedef struct pdi_jacobian_sweep {
     const pd_jacobian *jacobian;
@@ -15507,7 +15599,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     memset(&sums, 0, sizeof sums);
     if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
     else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
-    else pdi_jacobian_sum(q, i, row, count, &sums);
+    else pdi_jacobian_few(q, i, row, count, &sums);
     double weight = 0.5 * flow->stabilisation * rate * rate;
     for (int b = 0; b < count; b++)
         w->yc[i + b] = rate * (double)sums.flux[b] - weight * (double)sums.stabiliser[b];
@@ -15561,6 +15653,7 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
                        pdi_jacobian_run, &w);
 }
 
+PDI_COLD_BEGIN
 /* The next power of two. */
 static double pdi_jacobian_unit(double x)
 {
@@ -15606,13 +15699,14 @@ PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
     pdi_owner_free(ctx, pdi_jacobian_list, q);
     memset(q, 0, sizeof *q);
 }
+PDI_COLD_END
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>flow/force.c ======== */
@@ -16241,6 +16335,17 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>flow/steady.c ======== */
 /* steady: see steady.h */
@@ -16481,6 +16586,7 @@ PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->zero_guess = kd->compressed = 1;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
@@ -16525,6 +16631,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (status < 0) pd_steady_free(ctx, s);
     return status;
 }
+PDI_COLD_END
 
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
 {
@@ -16778,6 +16885,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
     return result->converged ? PD_OK : PD_RETRY;
 }
 
+PDI_COLD_BEGIN
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
     if (archive->reading) s->flow->potential = s->potential;
@@ -16802,6 +16910,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);
 }
+PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -16811,7 +16920,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>flow/quasi_steady.c ======== */
@@ -16976,6 +17085,11 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
 /* ======== >>flow/implicit.c ======== */
 /* implicit: see implicit.h */
 #include <math.h>
@@ -16993,6 +17107,7 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
  * error that the lattice makes in the impulse. */
 #define PDI_IMPLICIT_IMPULSE 1e-2
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
@@ -17037,6 +17152,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
     if (status < 0) pd_implicit_free(ctx, im);
     return status;
 }
+PDI_COLD_END
 
 /* The stage at the share c of the step. */
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
@@ -17134,6 +17250,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
     return PD_OK;
 }
 
+PDI_COLD_BEGIN
 /* The last step was too coarse: back to its start. */
 static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
@@ -17278,14 +17395,7 @@ void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
     pdi_owner_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#endif
+PDI_COLD_END
 
 /* ======== >>flow/spectrum.c ======== */
 /* spectrum: see spectrum.h */
@@ -17612,17 +17722,6 @@ PDI_FN void pdi_spectrum_free(pd_ctx *ctx, pd_spectrum *sp)
     pdi_owner_free(ctx, pdi_spectrum_list, sp);
     memset(sp, 0, sizeof *sp);
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#endif
 
 /* ======== >>flow/unsteady.c ======== */
 /* unsteady: see unsteady.h */
@@ -17646,6 +17745,7 @@ static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
     return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object)
 {
     pd_unsteady *unsteady = (pd_unsteady *)object;
@@ -17695,6 +17795,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
     if (status < 0) pd_unsteady_free(ctx, un);
     return status;
 }
+PDI_COLD_END
 
 /* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
 static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
@@ -17845,6 +17946,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
 
 /* ---- the process ---- */
 
+PDI_COLD_BEGIN
 static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
@@ -17943,6 +18045,7 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }
+PDI_COLD_END
 
 #undef PDI_UNSTEADY_HALVINGS
 #ifdef PDI_COLD
@@ -18306,6 +18409,7 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+PDI_COLD_BEGIN
 /* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
  * and slopes of the rates: out [2], in [2]. */
 static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
@@ -18334,7 +18438,7 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
         }
     }
 }
-
+PDI_COLD_END
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
@@ -18513,6 +18617,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 
 /* ---- the process ---- */
 
+PDI_COLD_BEGIN
 static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -18748,6 +18853,7 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
     pdi_owner_free(ctx, pdi_gas_list, gas);
     memset(gas, 0, sizeof *gas);
 }
+PDI_COLD_END
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -20199,6 +20305,7 @@ typedef struct pdi_flux_section {
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
 
+PDI_COLD_BEGIN
 /* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid; the flux is computed from there. */
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
@@ -20315,6 +20422,7 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     t->boundary_capacity = 0;
     memset(&t->conductance, 0, sizeof t->conductance);
 }
+PDI_COLD_END
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -20374,17 +20482,6 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
     }
     return found;
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#endif
 
 /* ======== >>transport/transport.c ======== */
 /* transport: see transport.h
@@ -21035,6 +21132,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     return pdi_flux_fit(ctx, &t->flux);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
 {
     memset(kd, 0, sizeof *kd);
@@ -21157,17 +21255,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#endif
+PDI_COLD_END
 
 /* ======== >>transport/explicit.c ======== */
 /* explicit: see explicit.h */
@@ -21227,6 +21315,17 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>transport/settle.c ======== */
 /* settle: see settle.h */
@@ -21493,7 +21592,7 @@ pd_process pd_euler_process(pd_transport *transport, pd_euler *e)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>transport/advance.c ======== */
@@ -21787,7 +21886,7 @@ void pd_advance_free(pd_ctx *ctx, pd_advance *a)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>metal/material.c ======== */
@@ -21818,6 +21917,17 @@ double pd_material_speed(const pd_material *material, double current)
 {
     return current / (material->charge * PDI_MATERIAL_FARADAY * pd_material_concentration(material));
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>metal/grain.c ======== */
 /* grain: see grain.h */
@@ -22392,17 +22502,6 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     stats->boundary_fraction = pdi_sum_total(&boundary) / (double)solid;
     return PD_OK;
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#endif
 
 /* ======== >>metal/law.c ======== */
 /* law: see law.h */
@@ -22800,6 +22899,17 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
     }
     return pdi_law_touch(law, next, p) ? 0 : -1;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>metal/entry.c ======== */
 /* entry: see entry.h */
@@ -22898,6 +23008,17 @@ PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
     }
     return count;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>metal/front.c ======== */
 /* front: see front.h */
@@ -23001,6 +23122,17 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
     pdi_owner_free(ctx, pdi_front_list, f);
     memset(f, 0, sizeof *f);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>metal/interface.c ======== */
 /* interface: see interface.h */
@@ -23447,6 +23579,17 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 
 #undef PDI_INTERFACE_AROUND
 #undef PDI_INTERFACE_DROP
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>metal/content.c ======== */
 /* content: see content.h */
@@ -24089,6 +24232,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *d)
 {
@@ -24137,6 +24281,7 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     if (status < 0) pd_dissolve_free(ctx, d);
     return status;
 }
+PDI_COLD_END
 
 /* ---- the law ---- */
 
@@ -24514,6 +24659,17 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_owner_free(ctx, pdi_interface_row_list, d);
     memset(d, 0, sizeof *d);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>metal/dissolving.c ======== */
 /* dissolving: see dissolving.h */
@@ -24686,17 +24842,6 @@ pd_process pd_dissolving_process(pd_dissolve *dissolve, pd_dissolving *q)
 #undef PDI_DISSOLVING_EXACT
 #undef PDI_DISSOLVING_EXCESS
 #undef PDI_DISSOLVING_SHORTEST
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#endif
 
 /* ======== >>couple/measure.c ======== */
 /* measure: see measure.h */
@@ -24838,7 +24983,7 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>couple/couple.c ======== */
@@ -25185,7 +25330,7 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>io/file.c ======== */
@@ -26100,6 +26245,7 @@ typedef struct pdi_zlib_decoder {
     int symbol[PDI_ZLIB_FIXED];
 } pdi_zlib_decoder;
 
+PDI_COLD_BEGIN
 /* The first error stands. */
 static int pdi_zlib_error(pdi_zlib_reader *s, const char *text)
 {
@@ -26302,6 +26448,7 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
                         s.error, (double)s.at, (double)size);
     return PD_OK;
 }
+PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -26311,7 +26458,7 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>io/store.c ======== */
@@ -27136,6 +27283,7 @@ typedef struct pdi_png_file {
     int ended;
 } pdi_png_file;
 
+PDI_COLD_BEGIN
 static uint32_t pdi_png_get32(const uint8_t *at)
 {
     return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
@@ -27308,6 +27456,7 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     PDI_DELETE(ctx, size + 1, data);
     return status;
 }
+PDI_COLD_END
 #endif /* cut */
 
 #if !defined(PDCORR_NO_IO)
@@ -27576,6 +27725,17 @@ PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, 
     pdi_canvas_write(canvas, x, y, 0, colour, text);
     pdi_canvas_write(canvas, x + 1, y, 0, colour, text);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>io/ticks.c ======== */
 /* ticks: see ticks.h */
@@ -27671,6 +27831,17 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
     axis->lo = axis->lo >= 0 && lo < 0 ? 0 : lo;
     axis->hi = axis->hi <= 0 && hi > 0 ? 0 : hi;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>io/colour.c ======== */
 /* colour: see colour.h */
@@ -27775,6 +27946,17 @@ PDI_FN uint32_t pdi_colour_series(int k)
     static const uint32_t table[6] = {0x0072B2u, 0xD55E00u, 0x009E73u, 0xCC79A7u, 0xE69F00u, 0x56B4E9u};
     return table[k % 6];
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>io/picture.c ======== */
 /* picture: see picture.h */
@@ -29039,7 +29221,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>scene/units.c ======== */
@@ -29567,7 +29749,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>scene/curve.c ======== */
@@ -29578,6 +29760,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
 #define PDI_CURVE_BEYOND 1e-5    /* of the length */
 
+PDI_COLD_BEGIN
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
 {
     if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
@@ -29652,6 +29835,7 @@ PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
     PDI_DELETE(ctx, c->count, c->slope);
     memset(c, 0, sizeof *c);
 }
+PDI_COLD_END
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 {
@@ -29675,6 +29859,17 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 
 #undef PDI_CURVE_STEEPEST
 #undef PDI_CURVE_BEYOND
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>scene/expr.c ======== */
 /* expr: see expr.h. Recursive descent that emits the code directly; an operation whose operands are all constants is
@@ -29779,6 +29974,7 @@ typedef struct pdi_expr_parser {
 static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type);
 static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type);
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_expr_quote(const char *found, char *text)
 {
     size_t n = pdi_units_word(found);
@@ -29831,6 +30027,7 @@ static int pdi_expr_is_plain(const pdi_expr_type *type)
     memset(&none, 0, sizeof none);
     return type->zero || pd_units_same(&type->dims, &none);
 }
+PDI_COLD_END
 
 /* ---- code ---- */
 
@@ -29860,6 +30057,7 @@ static int pdi_expr_operands(int op)
     return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
 {
     if (p->code_count >= PD_EXPR_CODE)
@@ -29881,9 +30079,11 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
 {
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
+PDI_COLD_END
 
 static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
+PDI_COLD_BEGIN
 /* index: of the table */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
@@ -30412,6 +30612,7 @@ PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
     PDI_DELETE(ctx, expr->value_count, expr->value);
     memset(expr, 0, sizeof *expr);
 }
+PDI_COLD_END
 
 PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
@@ -30448,7 +30649,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>scene/text.c ======== */
@@ -34925,7 +35126,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>run/model.c ======== */
@@ -35344,7 +35545,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>run/checkpoint.c ======== */
@@ -35393,7 +35594,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>run/observe.c ======== */
@@ -35883,7 +36084,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>run/output.c ======== */

@@ -123,5 +123,12 @@ check "a cut of a module" refuses 'low is no room that stands before'
 fresh
 printf 'cold 1: shed\n' >> src/MODULES
 check "a level of nothing" refuses 'shed is no room or module'
+fresh
+printf 'cold g: attic\n' >> src/MODULES
+check "a level for what is rarely run" tool
+check "says so to gcc" grep -q '^#pragma GCC optimize ("Og")$' one.h
+fresh
+printf 'cold 7: attic\n' >> src/MODULES
+check "no such level" refuses 'cold/7:.h: not found'
 
 score

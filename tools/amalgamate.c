@@ -11,7 +11,7 @@
  * Two other lines of MODULES, behind those of the rooms:
  *   cut MACRO: ROOM...          the macro leaves these rooms out; refused when a room that stays uses one of them
  *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
- *                               of two lines that name a module the later one counts
+ *                               N: g, 1 or 2; of two lines that name a module the later one counts
  */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -33,7 +33,7 @@ typedef struct module {
     char *header, *source; /* texts; NULL: no such file */
     char uses[MAX_MODULES]; /* 1: a file of this module includes that module */
     unsigned cuts; /* bit k: cut k leaves it out */
-    int level; /* of optimisation that its .c gains from; 0: whatever the compiler has */
+    char level; /* of optimisation that its .c gains from; 0: whatever the compiler has */
     int seen; /* of the cycle search: 1 on the path, 2 finished */
 } module;
 
@@ -153,7 +153,7 @@ static void add_module(const char *src, const char *room, const char *name, int 
 }
 
 /* The words from `at` to the end of the line: rooms of a cut, or, cut < 0, rooms and modules of a level. */
-static void mark_modules(const char *src, const char *at, const char *end, int cut, int level)
+static void mark_modules(const char *src, const char *at, const char *end, int cut, char level)
 {
     char name[NAME_SIZE];
     int size;
@@ -176,8 +176,8 @@ static int read_mark(const char *src, const char *line, const char *end)
 {
     char name[NAME_SIZE];
     int size = 0;
-    if (strncmp(line, "cold ", 5) == 0 && line[5] >= '1' && line[5] <= '3' && line[6] == ':') {
-        mark_modules(src, line + 7, end, -1, line[5] - '0');
+    if (strncmp(line, "cold ", 5) == 0 && line[5] && strchr("g12", line[5]) && line[6] == ':') {
+        mark_modules(src, line + 7, end, -1, line[5]);
         return 1;
     }
     if (sscanf(line, "cut %47[A-Z_]:%n", name, &size) != 1 || !size) return 0;
@@ -326,7 +326,7 @@ static void append_banner(text *out)
         " *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it",
         " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run",
         " *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with",
-        " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -O1 or -O2 where the file has -O3.",
+        " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",
         " *   pd_status, and pd_ctx.message then says what, where and how to mend.",
@@ -382,7 +382,7 @@ static void open_guards(text *out, const module *m, int sources)
                      cuts[cut]);
     if (m->cuts) append_line(out, "%s", line);
     if (sources && m->level)
-        append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options\n#pragma GCC optimize (\"O%d\")\n#endif",
+        append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options\n#pragma GCC optimize (\"O%c\")\n#endif",
                     m->level);
 }
 

@@ -92,6 +92,15 @@
 #define PDI_COLD
 #endif
 
+/* PDI_COLD_BEGIN .. PDI_COLD_END: functions off the hot paths in a module of others, such as those that build it. */
+#ifdef PDI_COLD
+#define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
+#define PDI_COLD_END _Pragma("GCC pop_options")
+#else
+#define PDI_COLD_BEGIN
+#define PDI_COLD_END
+#endif
+
 /* PDI_INLINE: bodies of inner loops that pay only with the constants of their callers. */
 #if defined(__GNUC__) || defined(__clang__)
 #define PD_PRINTF_LIKE(f, a) __attribute__((format(printf, f, a)))
@@ -101,7 +110,14 @@
 #define PDI_INLINE static inline
 #endif
 
-/* PDI_ONCE: code off the hot paths with many callers, of which there shall be no copies. */
+/* PDI_FEW: the copy of an inner loop for runs shorter than a vector: vectors make it longer and not faster. */
+#ifdef PDI_COLD
+#define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
+#else
+#define PDI_FEW static
+#endif
+
+/* PDI_ONCE: code with several callers, of which there shall be no copies, since a call costs nothing beside it. */
 #if defined(__clang__)
 #define PDI_ONCE __attribute__((noinline))
 #elif defined(__GNUC__)

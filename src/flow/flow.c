@@ -149,6 +149,7 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
+PDI_COLD_BEGIN
 /* The patches that row r joins get the lower of their numbers; 1: one changed. */
 static int pdi_flow_join(pd_flow *flow, int32_t r)
 {
@@ -195,6 +196,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     }
     return PD_OK;
 }
+PDI_COLD_END
 
 PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int held, double *v)
 {
@@ -293,6 +295,13 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     }
 }
 
+PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
+                          pdi_flow_own *own, pdi_flow_sums *sums)
+{
+    if (row < 0) pdi_flow_whole(flow, t, i, count, own, sums);
+    else pdi_flow_cut(flow, t, i, row, count, own, sums);
+}
+
 /* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
  * Laplacian through wall_lap, and the curvature of the velocity at the wall, known from the momentum balance there
  * (nu u'' = G - f), through wall_curv (eq. 3.3, 3.4). The radial component of a vector turns with the circumference:
@@ -309,8 +318,7 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     memset(&sums, 0, sizeof sums);
     if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
     else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
-    else if (row < 0) pdi_flow_whole(flow, t, i, count, &own, &sums);
-    else pdi_flow_cut(flow, t, i, row, count, &own, &sums);
+    else pdi_flow_few(flow, t, i, row, count, &own, &sums);
     for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * flow->stabilisation * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -413,6 +421,7 @@ double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
     return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
 }
 
+PDI_COLD_BEGIN
 /* What the inlet ghost beside node i behind the face `up` of axis d pushes through it [m^d/s]. */
 static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
 {
@@ -708,6 +717,7 @@ pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
     if (status < 0) pd_flow_free(ctx, flow);
     return status;
 }
+PDI_COLD_END
 
 pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_flow *flow)
 {
@@ -728,6 +738,7 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
     return pdi_flow_data(ctx, flow, flow->time, 0.0, NULL, &walls);
 }
 
+PDI_COLD_BEGIN
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
@@ -744,3 +755,4 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_reconstruct_free(ctx, &flow->slopes);
     memset(flow, 0, sizeof *flow);
 }
+PDI_COLD_END

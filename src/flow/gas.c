@@ -354,6 +354,7 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+PDI_COLD_BEGIN
 /* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
  * and slopes of the rates: out [2], in [2]. */
 static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
@@ -382,7 +383,7 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
         }
     }
 }
-
+PDI_COLD_END
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
@@ -561,6 +562,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 
 /* ---- the process ---- */
 
+PDI_COLD_BEGIN
 static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
@@ -796,3 +798,4 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
     pdi_owner_free(ctx, pdi_gas_list, gas);
     memset(gas, 0, sizeof *gas);
 }
+PDI_COLD_END

@@ -17,6 +17,7 @@
  * error that the lattice makes in the impulse. */
 #define PDI_IMPLICIT_IMPULSE 1e-2
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
@@ -61,6 +62,7 @@ pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const
     if (status < 0) pd_implicit_free(ctx, im);
     return status;
 }
+PDI_COLD_END
 
 /* The stage at the share c of the step. */
 static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
@@ -158,6 +160,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
     return PD_OK;
 }
 
+PDI_COLD_BEGIN
 /* The last step was too coarse: back to its start. */
 static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
@@ -302,3 +305,4 @@ void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
     pdi_owner_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }
+PDI_COLD_END

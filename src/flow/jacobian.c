@@ -148,6 +148,11 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     }
 }
 
+PDI_FEW void pdi_jacobian_few(const pd_jacobian *q, int32_t i, int32_t row, int count, pdi_jacobian_sums *sums)
+{
+    pdi_jacobian_sum(q, i, row, count, sums);
+}
+
 /* The operands of a sweep. */
 typedef struct pdi_jacobian_sweep {
     const pd_jacobian *jacobian;
@@ -169,7 +174,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     memset(&sums, 0, sizeof sums);
     if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
     else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
-    else pdi_jacobian_sum(q, i, row, count, &sums);
+    else pdi_jacobian_few(q, i, row, count, &sums);
     double weight = 0.5 * flow->stabilisation * rate * rate;
     for (int b = 0; b < count; b++)
         w->yc[i + b] = rate * (double)sums.flux[b] - weight * (double)sums.stabiliser[b];
@@ -223,6 +228,7 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
                        pdi_jacobian_run, &w);
 }
 
+PDI_COLD_BEGIN
 /* The next power of two. */
 static double pdi_jacobian_unit(double x)
 {
@@ -268,3 +274,4 @@ PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
     pdi_owner_free(ctx, pdi_jacobian_list, q);
     memset(q, 0, sizeof *q);
 }
+PDI_COLD_END

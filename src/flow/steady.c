@@ -239,6 +239,7 @@ PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->zero_guess = kd->compressed = 1;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
@@ -283,6 +284,7 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
     if (status < 0) pd_steady_free(ctx, s);
     return status;
 }
+PDI_COLD_END
 
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
 {
@@ -536,6 +538,7 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
     return result->converged ? PD_OK : PD_RETRY;
 }
 
+PDI_COLD_BEGIN
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
     if (archive->reading) s->flow->potential = s->potential;
@@ -560,3 +563,4 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);
 }
+PDI_COLD_END

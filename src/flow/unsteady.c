@@ -21,6 +21,7 @@ static double pdi_unsteady_density(const pd_unsteady_desc *d, double pressure)
     return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_unsteady_list(pdi_owner *owner, void *object)
 {
     pd_unsteady *unsteady = (pd_unsteady *)object;
@@ -70,6 +71,7 @@ pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *
     if (status < 0) pd_unsteady_free(ctx, un);
     return status;
 }
+PDI_COLD_END
 
 /* Fill pressure and ghosts from the state. Inlets bring fluid of rest density. */
 static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
@@ -220,6 +222,7 @@ double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
 
 /* ---- the process ---- */
 
+PDI_COLD_BEGIN
 static pd_status pdi_unsteady_start(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
@@ -318,5 +321,6 @@ void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
     pdi_spectrum_free(ctx, &un->spectrum);
     memset(un, 0, sizeof *un);
 }
+PDI_COLD_END
 
 #undef PDI_UNSTEADY_HALVINGS

@@ -190,6 +190,7 @@ typedef struct pdi_png_file {
     int ended;
 } pdi_png_file;
 
+PDI_COLD_BEGIN
 static uint32_t pdi_png_get32(const uint8_t *at)
 {
     return (uint32_t)at[0] << 24 | (uint32_t)at[1] << 16 | (uint32_t)at[2] << 8 | at[3];
@@ -362,3 +363,4 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image)
     PDI_DELETE(ctx, size + 1, data);
     return status;
 }
+PDI_COLD_END

@@ -502,6 +502,7 @@ typedef struct pdi_zlib_decoder {
     int symbol[PDI_ZLIB_FIXED];
 } pdi_zlib_decoder;
 
+PDI_COLD_BEGIN
 /* The first error stands. */
 static int pdi_zlib_error(pdi_zlib_reader *s, const char *text)
 {
@@ -704,3 +705,4 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
                         s.error, (double)s.at, (double)size);
     return PD_OK;
 }
+PDI_COLD_END

@@ -450,6 +450,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     pdi_bond_transpose(norm, advecting);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
@@ -541,6 +542,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     pdi_bond_swap_double(b->leg, 2 * PD_DIM, r, q);
     pdi_bond_swap_double(b->advecting, PD_DIM * PD_DIM, r, q);
 }
+PDI_COLD_END
 
 /* Plain rows first, in the order of their nodes, then those at inlets. */
 static void pdi_bond_sort(pd_bonds *b)
@@ -632,6 +634,7 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 /* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
 #define PDI_BOND_POLL 4096
 
+PDI_COLD_BEGIN
 static void pdi_bond_table(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
@@ -685,6 +688,7 @@ pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *
     if (status < 0) pd_bonds_free(ctx, bonds);
     return status;
 }
+PDI_COLD_END
 
 pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_bonds *bonds)
 {
@@ -709,6 +713,7 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     return pdi_bond_arrange(ctx, bonds);
 }
 
+PDI_COLD_BEGIN
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
@@ -746,3 +751,4 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_axisym_free(ctx, &b->axisym);
     memset(b, 0, sizeof *b);
 }
+PDI_COLD_END

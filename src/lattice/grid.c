@@ -245,6 +245,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
     }
 }
 
+PDI_COLD_BEGIN
 /* Box around shape `index`; unbounded directions stay at +-infinity. */
 static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
@@ -427,6 +428,7 @@ pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_de
     if (status < 0) pd_grid_free(ctx, grid);
     return status;
 }
+PDI_COLD_END
 
 /* 1 when the kind of a ghost with index j along axis d may depend on a box node of index i. The ghost stands for that
  * node, or lies behind it at an inlet or outlet: opening the first layer may open all of an inlet. */

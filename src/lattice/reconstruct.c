@@ -126,6 +126,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, double *be
     return 1;
 }
 
+PDI_COLD_BEGIN
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
@@ -149,6 +150,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     slopes->rows = bonds->capacity;
     return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
 }
+PDI_COLD_END
 
 PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, pd_reconstruct *slopes)
 {

@@ -167,6 +167,7 @@ PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
     return 1;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_shape_check_box(pd_ctx *ctx, const pd_shape *s, int k)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -275,3 +276,4 @@ pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
     }
     return PD_OK;
 }
+PDI_COLD_END

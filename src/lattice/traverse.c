@@ -70,6 +70,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
         block(user, boundary->node[p], bonds->row[boundary->node[p]], p, 1);
 }
 
+PDI_COLD_BEGIN
 /* Fluxes through the plane of the bonds that start at `node`, of index i. */
 static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                                pdi_traverse_flux_fn flux, const void *user, pdi_sum *sum)
@@ -111,3 +112,4 @@ PDI_FN double pdi_traverse_section(const pd_bonds *bonds, int axis, int index, p
     }
     return pdi_sum_total(&sum);
 }
+PDI_COLD_END

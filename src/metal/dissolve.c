@@ -153,6 +153,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
     return PD_OK;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *d)
 {
@@ -201,6 +202,7 @@ pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, p
     if (status < 0) pd_dissolve_free(ctx, d);
     return status;
 }
+PDI_COLD_END
 
 /* ---- the law ---- */
 

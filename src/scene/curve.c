@@ -6,6 +6,7 @@
 #define PDI_CURVE_STEEPEST 1e150 /* products of slopes stay finite */
 #define PDI_CURVE_BEYOND 1e-5    /* of the length */
 
+PDI_COLD_BEGIN
 PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k)
 {
     if (!(fabs(x[k]) < PDI_CURVE_STEEPEST) || !(fabs(y[k]) < PDI_CURVE_STEEPEST)) return "expected finite values";
@@ -80,6 +81,7 @@ PDI_FN void pdi_curve_free(pd_ctx *ctx, pd_curve *c)
     PDI_DELETE(ctx, c->count, c->slope);
     memset(c, 0, sizeof *c);
 }
+PDI_COLD_END
 
 PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 {

@@ -101,6 +101,7 @@ typedef struct pdi_expr_parser {
 static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type);
 static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type);
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_expr_quote(const char *found, char *text)
 {
     size_t n = pdi_units_word(found);
@@ -153,6 +154,7 @@ static int pdi_expr_is_plain(const pdi_expr_type *type)
     memset(&none, 0, sizeof none);
     return type->zero || pd_units_same(&type->dims, &none);
 }
+PDI_COLD_END
 
 /* ---- code ---- */
 
@@ -182,6 +184,7 @@ static int pdi_expr_operands(int op)
     return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
 }
 
+PDI_COLD_BEGIN
 static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
 {
     if (p->code_count >= PD_EXPR_CODE)
@@ -203,9 +206,11 @@ static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
 {
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
+PDI_COLD_END
 
 static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
 
+PDI_COLD_BEGIN
 /* index: of the table */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
@@ -734,6 +739,7 @@ PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
     PDI_DELETE(ctx, expr->value_count, expr->value);
     memset(expr, 0, sizeof *expr);
 }
+PDI_COLD_END
 
 PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {

@@ -34,6 +34,7 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
@@ -92,6 +93,7 @@ PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kr
     if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
+PDI_COLD_END
 
 /* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)

@@ -36,6 +36,7 @@ static size_t pdi_multigrid_sums(const pd_multigrid *mg)
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
@@ -120,6 +121,7 @@ PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
+PDI_COLD_END
 
 /* ---- setup: the finest level ---- */
 

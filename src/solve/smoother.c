@@ -16,7 +16,7 @@
 #define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
@@ -216,8 +216,8 @@ PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *leve
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
-static inline void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
-                                          int32_t end)
+PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
+                                              int32_t end)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
@@ -226,8 +226,8 @@ static inline void pdi_smoother_linked_line(const pd_smoother_level *level, cons
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
-static inline void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
-                                           int32_t n)
+PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
+                                             int32_t n)
 {
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
@@ -269,8 +269,8 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
 }
 
 /* Lines `line` and `beside` (-1: none). */
-static inline void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
-                                     int32_t beside)
+PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
+                                       int32_t beside)
 {
     int32_t n0 = level->n[0], first[2];
     first[0] = line * n0;

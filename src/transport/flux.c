@@ -494,6 +494,7 @@ typedef struct pdi_flux_section {
     const double *anti; /* [mol/m3/s] what the nodes gain by antidiffusion */
 } pdi_flux_section;
 
+PDI_COLD_BEGIN
 /* Upwinded flux [mol/m3/s] of bond k of node i. One of both ends is fluid; the flux is computed from there. */
 static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
@@ -610,3 +611,4 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     t->boundary_capacity = 0;
     memset(&t->conductance, 0, sizeof t->conductance);
 }
+PDI_COLD_END

@@ -648,6 +648,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     return pdi_flux_fit(ctx, &t->flux);
 }
 
+PDI_COLD_BEGIN
 PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
 {
     memset(kd, 0, sizeof *kd);
@@ -770,3 +771,4 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);
 }
+PDI_COLD_END
