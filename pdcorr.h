@@ -12765,7 +12765,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 #define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
@@ -16335,17 +16335,6 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#endif
 
 /* ======== >>flow/steady.c ======== */
 /* steady: see steady.h */
