@@ -124,7 +124,7 @@ static inline pd_status scene_run(scene *s, double t_end)
     return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
-static inline double scene_solid(scene *s) { return pdi_dissolve_stock(&s->ctx, &s->dissolve); }
+static inline double scene_solid(scene *s) { return pd_dissolve_stock(&s->ctx, &s->dissolve); }
 
 /* One step that does not pass t_end. */
 static inline int scene_step(scene *s, double t_end)

@@ -2,6 +2,8 @@
  * against the linear profile between metal and bath; steps as long as the run chooses them.
  * dims: 1 2 3   slow: 1 2 3 */
 #include "fixture.h"
+#include "metal/interface.h"
+#include <float.h>
 #include <math.h>
 
 #define CS 71500.0   /* [mol/m3] */
@@ -119,17 +121,32 @@ static int metal_build(scene *s, pd_rate_fn law, void *l, double solid, double m
     return scene_make(s);
 }
 
+/* Rounding of what the steepest line behind a film gives the fluid in a step of dt [s], in mol/m3: a jump of the law is
+ * a line of slope 1/R there. */
+static double rounding(const scene *s, double dt)
+{
+    double steepest = 0.0;
+    for (int32_t k = 0; k < s->dissolve.beside_count; k++) {
+        const pdi_beside *beside = &s->dissolve.beside[k];
+        double resist = beside->weight > 0.0 ? pdi_interface_resist(&s->dissolve, beside) : 0.0;
+        if (resist > 0.0) steepest = fmax(steepest, beside->weight / resist);
+    }
+    return 4.0 * DBL_EPSILON * CSAT * steepest * dt / FLUID;
+}
+
 /* Steps up to `end`. Every one closes the ledger, deposits nothing and keeps the fluid below `high`. */
 static int run_to(scene *s, double end, double high)
 {
-    double loss = 0.0;
+    double loss = 0.0, above = 1e-9 * CSAT;
     for (int steps = 0; s->couple.time < end; steps++) {
+        double before = s->couple.time;
         if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
         CHECK_LE(s->couple.ledger[0].relative, 1e-12);
         CHECK(pd_couple_volume_loss(&s->couple) >= loss - 1e-15);
         loss = pd_couple_volume_loss(&s->couple);
+        above = fmax(above, rounding(s, s->couple.time - before));
         for (int32_t i = 0; i < s->grid.total; i++)
-            if (s->grid.kind[i] == PD_FLUID) CHECK_LE(s->transport.c[i], high + 1e-9 * CSAT);
+            if (s->grid.kind[i] == PD_FLUID) CHECK_LE(s->transport.c[i], high + above);
     }
     return 1;
 }
@@ -162,7 +179,9 @@ TEST(closed_boxes)
             if (!metal_build(s, rate, &l, CS, 1.0 + number % 3, 1e-6, -1.0, 1e-3)) return;
             if (!run_to(s, until, end)) printf("law %d\n", number);
             double c = s->couple.ledger[0].dissolved / ((double)s->grid.fluid_count * s->stencil.volume);
-            if (!CHECK_NEAR(c, expected, 0.02 * expected))
+            /* steps err in what is dissolved or in time, by 2 % */
+            double late = 0.5 * (vessel(&l, end, 1.02 * until) - vessel(&l, end, 0.98 * until));
+            if (!CHECK_NEAR(c, expected, 0.02 * expected + late))
                 printf("law %d, kind %d, time %g\n", number, l.kind, times[k]);
             if (k == 2 && l.kind != 1) CHECK_NEAR(c, end, 1e-4 * CSAT);
             if (s->couple.steps > most) most = (int)s->couple.steps;

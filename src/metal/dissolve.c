@@ -555,7 +555,7 @@ PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
+double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
 {
     double volume;
     (void)ctx;

@@ -19,6 +19,7 @@
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
 #define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
+#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
@@ -38,9 +39,9 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, doub
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
 PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PDI_FN double pdi_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 #endif
+/* Amount [mol, per m in planar 2D] left in solid nodes. */
+PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
