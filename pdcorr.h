@@ -1833,11 +1833,10 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* A job on count cells from `first`, in any order. */
-PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                                        int32_t first, int32_t count);
+PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                               int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                                         int colour);
+PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
 PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
 #endif
@@ -12124,7 +12123,7 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("O2")
 #endif
 
 /* ======== >>solve/krylov.c ======== */
@@ -20471,6 +20470,17 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
     }
     return found;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>transport/transport.c ======== */
 /* transport: see transport.h
@@ -21245,6 +21255,17 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     memset(t, 0, sizeof *t);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>transport/explicit.c ======== */
 /* explicit: see explicit.h */
