@@ -3281,7 +3281,6 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
-    int conducting;         /* 1: conductances are those of the present nodes, in fluid at rest */
     int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
@@ -3336,6 +3335,8 @@ PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
+/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
+PDI_FN int pdi_transport_rests(const pd_transport *transport);
 /* Arrays of a pd_transport, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
 /* What its solvers are built with. */
@@ -20003,6 +20004,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     if (t->diffusion->version != bonds->version)
         return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
                         "pd_transport_update after pd_bonds_update");
+    if (!t->flow && t->conductance.version == bonds->version) return PD_OK; /* nothing has changed */
     pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);
     if (t->flux)
@@ -20397,7 +20399,6 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
     pdi_flux_ratio(t);
     t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
-    t->conductance.rests = !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
     PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }
@@ -20981,8 +20982,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    if (!t->conducting) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
-    t->conducting = !t->flow;
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -21123,7 +21123,7 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     if (t->desc.given) return PD_OK;
-    t->prepared = t->conducting = 0;
+    t->prepared = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -21149,6 +21149,11 @@ PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_
     md->contrast = md->contrast || t->desc.field != NULL;
 }
 
+PDI_FN int pdi_transport_rests(const pd_transport *t)
+{
+    return !t->flow && !t->desc.field && !t->grid->circumference;
+}
+
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
@@ -21168,8 +21173,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference;
-    if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
 
@@ -21222,6 +21226,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;
     t->flux.absorb = t->absorb;
+    t->flux.conductance.rests = pdi_transport_rests(t);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
     return pdi_flux_build(ctx, &t->flux);
@@ -24445,13 +24450,17 @@ static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
     pdi_interface_rated(d);
 }
 
+/* What steps are chosen for at exposed node f, by the rates that were found last [1/s]. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
+{
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
+}
+
 PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
-    int constant = d->desc.drive == PD_DRIVE_CONSTANT;
-    if (constant) pdi_dissolve_find_rates(ctx, d);
-    for (int32_t f = 0; f < d->front_count; f++)
-        fastest = fmax(fastest, constant ? d->rate[d->front[f]] : pdi_interface_pace(d, f));
+    if (d->desc.drive == PD_DRIVE_CONSTANT) pdi_dissolve_find_rates(ctx, d);
+    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_dissolve_pace(d, f));
     return fastest;
 }
 
@@ -24552,12 +24561,6 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     if (!(d->rtol > 0.0) || off <= right || faint) return 1;
     d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
     return 0;
-}
-
-/* What the step has taken from exposed node f, as a share of its span per time. */
-static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
-{
-    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
 }
 
 /* 1: the step stands. */
@@ -34997,7 +35000,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
     t.flux.conductance.bonds = &plan->bonds;
     t.flux.conductance.capacity = plan->bonds.capacity;
-    t.flux.conductance.rests = !u->has_flow && !medium && !plan->grid.circumference;
+    t.flux.conductance.rests = pdi_transport_rests(&t);
     advance.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);

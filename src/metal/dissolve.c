@@ -356,13 +356,17 @@ static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
     pdi_interface_rated(d);
 }
 
+/* What steps are chosen for at exposed node f, by the rates that were found last [1/s]. */
+static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
+{
+    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
+}
+
 PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 {
     double fastest = 0.0;
-    int constant = d->desc.drive == PD_DRIVE_CONSTANT;
-    if (constant) pdi_dissolve_find_rates(ctx, d);
-    for (int32_t f = 0; f < d->front_count; f++)
-        fastest = fmax(fastest, constant ? d->rate[d->front[f]] : pdi_interface_pace(d, f));
+    if (d->desc.drive == PD_DRIVE_CONSTANT) pdi_dissolve_find_rates(ctx, d);
+    for (int32_t f = 0; f < d->front_count; f++) fastest = fmax(fastest, pdi_dissolve_pace(d, f));
     return fastest;
 }
 
@@ -463,12 +467,6 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
     if (!(d->rtol > 0.0) || off <= right || faint) return 1;
     d->retry_dt = dt * fmax(factor, 1.0 / PDI_DISSOLVE_LONGER);
     return 0;
-}
-
-/* What the step has taken from exposed node f, as a share of its span per time. */
-static double pdi_dissolve_pace(const pd_dissolve *d, int32_t f)
-{
-    return d->desc.drive == PD_DRIVE_CONSTANT ? d->rate[d->front[f]] : pdi_interface_pace(d, f);
 }
 
 /* 1: the step stands. */

@@ -248,7 +248,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.diffusion.media.rows = (int32_t)(b->near / plan->times);
     t.flux.conductance.bonds = &plan->bonds;
     t.flux.conductance.capacity = plan->bonds.capacity;
-    t.flux.conductance.rests = !u->has_flow && !medium && !plan->grid.circumference;
+    t.flux.conductance.rests = pdi_transport_rests(&t);
     advance.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);

@@ -204,6 +204,7 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     if (t->diffusion->version != bonds->version)
         return pdi_fail(ctx, PD_ERR_STATE, "flux", "the conductances are those of other bonds, expected a call of "
                         "pd_transport_update after pd_bonds_update");
+    if (!t->flow && t->conductance.version == bonds->version) return PD_OK; /* nothing has changed */
     pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);
     if (t->flux)
@@ -598,7 +599,6 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
     pdi_flux_ratio(t);
     t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
-    t->conductance.rests = !t->flow && !t->diffusion->desc.field && !t->bonds->grid->circumference;
     PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }

@@ -498,8 +498,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     t->dt = dt;
-    if (!t->conducting) PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
-    t->conducting = !t->flow;
+    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
     PDI_TRY(pdi_transport_setup(ctx, t));
     pdi_transport_residual(ctx, t, t->work);
@@ -640,7 +639,7 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     if (t->desc.given) return PD_OK;
-    t->prepared = t->conducting = 0;
+    t->prepared = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -666,6 +665,11 @@ PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_
     md->contrast = md->contrast || t->desc.field != NULL;
 }
 
+PDI_FN int pdi_transport_rests(const pd_transport *t)
+{
+    return !t->flow && !t->desc.field && !t->grid->circumference;
+}
+
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
@@ -685,8 +689,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, work, 2 * total, "");
     PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    int rests = !transport->flow && !transport->desc.field && !transport->grid->circumference;
-    if (images || rests) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
 
@@ -739,6 +742,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;
     t->flux.absorb = t->absorb;
+    t->flux.conductance.rests = pdi_transport_rests(t);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
     return pdi_flux_build(ctx, &t->flux);

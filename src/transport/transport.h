@@ -72,7 +72,6 @@ typedef struct pd_transport {
                              * the residual there. Borrowed */
     int32_t pinned_count;
     double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
-    int conducting;         /* 1: conductances are those of the present nodes, in fluid at rest */
     int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
@@ -127,6 +126,8 @@ PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
+/* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
+PDI_FN int pdi_transport_rests(const pd_transport *transport);
 /* Arrays of a pd_transport, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
 /* What its solvers are built with. */
