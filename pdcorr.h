@@ -1285,6 +1285,8 @@ typedef struct pd_boundary {
 #ifdef PDI_INTERNAL
 /* Scalar operations of one of their bonds, to decide on threads: values are gathered. */
 #define PDI_BOUNDARY_WORK 8
+/* 1: a side of the box is an inlet or an outlet. */
+PDI_FN int pdi_boundary_any(const pd_grid *grid);
 PDI_FN pd_status pdi_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *boundary);
 /* After pd_bonds_update. */
 PDI_FN pd_status pdi_boundary_update(pd_ctx *ctx, pd_boundary *boundary);
@@ -2043,6 +2045,9 @@ PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
+/* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
+ * gives waves of all short lengths nearly the same (eq. 5.11). At least 0. */
+PDI_FN double pdi_compact_excess(const pd_stencil *stencil);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
 #endif
@@ -2955,6 +2960,7 @@ typedef struct pd_diffusion_desc {
 typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
+    double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
     float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
                                          * xy, yy, xz, yz, zz */
     float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
@@ -2993,6 +2999,8 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
                                     int index);
+/* What bond k between rows conducts more than between whole families, over that. */
+PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
 /* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good
@@ -3014,15 +3022,17 @@ static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double
 #ifndef PD_CONDUCTANCE_H
 #define PD_CONDUCTANCE_H
 
-/* The first three are given before it is built. */
+/* The first three are given before it is built. Fluid at rest has one diffusivity, so there a bond keeps in single
+ * precision what it conducts otherwise than one between whole families. */
 typedef struct pd_conductance {
     const pd_bonds *bonds;
     const pd_diffusion *diffusion;
-    int rests;               /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one */
-    double *bond;            /* [capacity/64][count][64] [1/s] */
-    double *shut;            /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when they
-                              * end on metal and walls and the others are whole; -1: it is another row. NULL: not at
-                              * rest */
+    int rests;               /* 1: fluid at rest with one diffusivity, without inlets and outlets */
+    double *bond;            /* [capacity/32][count][32] [1/s]; NULL at rest */
+    float *more;             /* [capacity/32][count][32] [-] at rest: D a(n) times 1 + this is the conductance of an
+                              * open bond. Closed ones: -1 where fluid is at the far end, else 0 */
+    uint32_t *other;         /* [words][capacity] at rest: bit k of a row: bond k has another number than 0 there */
+    double *shut;            /* [capacity] [1/s] at rest: what closed bonds to metal and walls would conduct */
     int32_t *node;           /* [capacity] nodes of the `rows` rows that they were last found for, `plain` of them
                               * plain */
     int32_t *from;           /* [capacity] where a row stood before; -1: nowhere. Work */
@@ -3032,22 +3042,30 @@ typedef struct pd_conductance {
 
 #ifdef PDI_INTERNAL
 /* Rows whose conductances stand together. */
-#define PDI_CONDUCTANCE_PAGE 64
+#define PDI_CONDUCTANCE_PAGE 32
 
-/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
-static inline double *pdi_conductance_place(const pd_conductance *c, int32_t row, int k)
+/* Where bond k of a row stands; those of the next rows follow up to the end of its page. */
+static inline int64_t pdi_conductance_place(const pd_conductance *c, int32_t row, int k)
 {
     int64_t page = row / PDI_CONDUCTANCE_PAGE;
-    return c->bond + (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
+    return (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
 }
-/* Those of bond k of `count` nodes: rows from `row`, or nodes with whole families (-1). `space`: room for what does not
- * stand together. */
+/* [1/s] of bond k of a row. */
+static inline double pdi_conductance_value(const pd_conductance *c, int32_t row, int k)
+{
+    if (!c->rests) return c->bond[pdi_conductance_place(c, row, k)];
+    if (!pdi_bond_open(c->bonds, row, k)) return 0.0;
+    return c->diffusion->desc.diffusivity * c->bonds->stencil->lap[k] *
+           (1.0 + (double)c->more[pdi_conductance_place(c, row, k)]);
+}
+/* [1/s] of bond k of `count` nodes, not at rest: rows from `row`, or nodes with whole families (-1). `space`: room for
+ * what does not stand together. */
 static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t i, int32_t row, int k, int count,
                                                double *PD_RESTRICT space)
 {
     if (row >= 0 && row % PDI_CONDUCTANCE_PAGE + count <= PDI_CONDUCTANCE_PAGE)
-        return pdi_conductance_place(c, row, k);
-    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_conductance_place(c, row + b, k);
+        return c->bond + pdi_conductance_place(c, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = c->bond[pdi_conductance_place(c, row + b, k)];
     if (row >= 0) return space;
     if (c->diffusion->field) {
         pdi_diffusion_bond(c->diffusion, i, k, count, 0, space);
@@ -3280,10 +3298,12 @@ typedef struct pd_transport {
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
     int32_t pinned_count;
-    double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
+    int rough;              /* 1: a stage may end above its tolerance, once it has gained what the last one did */
+    double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
     int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
+    double excess;          /* [m2] tau D of eq. 5.11; 0 with a flow */
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
@@ -10337,7 +10357,7 @@ PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t le
     return high < length ? high : length;
 }
 
-static int pdi_boundary_any(const pd_grid *grid)
+PDI_FN int pdi_boundary_any(const pd_grid *grid)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (pdi_grid_port(grid->side[s])) return 1;
@@ -14094,6 +14114,13 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread
             for (int b = 0; b < PD_DIM; b++)
                 spread[a * PD_DIM + b] +=
                     share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
+}
+
+PDI_FN double pdi_compact_excess(const pd_stencil *s)
+{
+    double compact = 0.0;
+    for (int d = 0; d < PD_DIM; d++) compact += 2.0 / (s->h[d] * s->h[d]);
+    return fmax(1.0 / s->lap_sum - 1.0 / compact, 0.0);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -18865,6 +18892,8 @@ PDI_COLD_END
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
+/* Tensors and normals are kept in parts of 1. */
+#define PDI_DIFFUSION_PARTS 1048576.0
 
 /* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
 static void pdi_diffusion_pack(const double *xi, double *packed)
@@ -18874,13 +18903,10 @@ static void pdi_diffusion_pack(const double *xi, double *packed)
         for (int b = 0; b <= a; b++) packed[at++] = xi[a] * xi[b];
 }
 
-/* e^T X e = sum of this times the packed entries of X, off-diagonal ones counting twice. */
-static void pdi_diffusion_quadratic(const double *xi, double *weight)
+/* How often an entry of a packed tensor counts in e^T X e. */
+static double pdi_diffusion_twice(int t)
 {
-    double square = pdi_vec_dot(xi, xi);
-    int at = 0;
-    for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b <= a; b++) weight[at++] = (a == b ? 1.0 : 2.0) * xi[a] * xi[b] / square;
+    return t == 0 || t == 2 || t == 5 ? 1.0 : 2.0;
 }
 
 /* Solve a small dense system by elimination with pivoting; 0: singular. */
@@ -18930,69 +18956,90 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
     for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
 }
 
-/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+/* Share of a bond along e that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
-static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
+static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;
-    return fmax(1.0 - across * across / pdi_vec_dot(xi, xi) * (1.0 + reach * reach), 0.0);
+    double across = pdi_vec_dot(normal, e), reach = d->bonds->stencil->reach;
+    return fmax(1.0 - across * across * (1.0 + reach * reach), 0.0);
 }
 
-/* Normal of the metal that cuts bonds of row r, from it, in cells. 0: there is none. */
-static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t *held, double *normal)
+/* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
+typedef struct pdi_diffusion_cuts {
+    double walls[PD_DIFFUSION_TENSOR], metal[PD_DIFFUSION_TENSOR];
+    double normal[PD_DIM];  /* of the metal, from it; 0: there is none */
+} pdi_diffusion_cuts;
+
+static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t *held, pdi_diffusion_cuts *cuts)
 {
     const pd_bonds *bonds = d->bonds;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
-    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
-    for (int k = 0; k < bonds->stencil->count && d->metal; k++) {
-        double xi[PD_DIM];
-        if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
+    memset(cuts, 0, sizeof *cuts);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double xi[PD_DIM], packed[PD_DIFFUSION_TENSOR];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
+        int metal = pdi_diffusion_metal(d, r, k);
         pdi_diffusion_offset(d, k, xi);
-        for (int a = 0; a < PD_DIM; a++) normal[a] -= lap[k] * xi[a];
+        pdi_diffusion_pack(xi, packed);
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) (metal ? cuts->metal : cuts->walls)[t] += lap[k] * packed[t];
+        for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= lap[k] * xi[a];
     }
-    double length = pdi_vec_norm(normal);
-    for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-    return length > 0.0;
+    double length = pdi_vec_norm(cuts->normal);
+    for (int a = 0; a < PD_DIM && length > 0.0; a++) cuts->normal[a] /= length;
 }
 
-/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of the bonds that walls cut, or
- * metal, lack (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what dissolves
- * (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
-static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, const double *normal, double *x)
+/* The part of a packed tensor within the plane of a normal: P X P with P = 1 - n n^T. */
+static void pdi_diffusion_within(const double *normal, double *x)
+{
+    double full[PD_DIM][PD_DIM], half[PD_DIM][PD_DIM];
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) full[a][b] = full[b][a] = x[at++];
+    for (int a = 0; a < PD_DIM; a++) {
+        double across = pdi_vec_dot(normal, full[a]);
+        for (int b = 0; b < PD_DIM; b++) half[b][a] = full[a][b] - across * normal[b];
+    }
+    at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) x[at++] = half[a][b] - pdi_vec_dot(normal, half[a]) * normal[b];
+}
+
+/* Entries p <= q of sum of a xi xi^T along e e^T, packed twice, over the open bonds of a row that end on rows with cut
+ * bonds; normal: with their shares along metal, or NULL. */
+static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double *normal,
+                                  double sum[][PD_DIFFUSION_TENSOR])
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
-    const pd_stencil *s = bonds->stencil;
-    double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
-    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
-    int cuts = 0;
+    const float *cut = d->cut + bonds->node[r];
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *e = d->unit + k * PD_DIM;
+        double xi[PD_DIM], packed[N];
+        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->shift[k]] > 0.0f)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
+        if (!(part > 0.0)) continue;
+        pdi_diffusion_pack(e, packed);
+        for (int p = 0; p < N; p++)
+            for (int q = p; q < N; q++) sum[p][q] += part * packed[p] * packed[q];
+    }
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = `lack`, what the moments of the bonds that walls
+ * cut, or metal, leave out (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what
+ * dissolves (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const double *lack, const double *normal, double *x)
+{
+    enum { N = PD_DIFFUSION_TENSOR };
+    double matrix[N][N], square[N][N], trace = 0.0, damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
     memset(matrix, 0, sizeof matrix);
     memset(square, 0, sizeof square);
-    memset(lack, 0, sizeof lack);
-    memset(x, 0, N * sizeof *x);
-    for (int k = 0; k < s->count; k++) {
-        double xi[PD_DIM];
-        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
-        if (pdi_diffusion_metal(d, r, k) != (normal != NULL)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        double across = normal ? pdi_vec_dot(normal, xi) : 0.0;
-        for (int a = 0; a < PD_DIM && normal; a++) xi[a] -= across * normal[a];
-        pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++) lack[p] += lap[k] * packed[p];
-        cuts++;
-    }
-    if (cuts == 0) return;
-    for (int k = 0; k < s->count; k++) {
-        double xi[PD_DIM];
-        if (!pdi_bond_open(bonds, r, k) || !(d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        double along = normal ? pdi_diffusion_along(d, normal, xi) : 1.0;
-        pdi_diffusion_quadratic(xi, weight);
-        pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++)
-            for (int q = 0; q < N; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
-    }
+    pdi_diffusion_moments(d, r, normal, matrix);
+    for (int p = 0; p < N; p++)
+        for (int q = 0; q < p; q++) matrix[p][q] = matrix[q][p];
+    for (int p = 0; p < N; p++)
+        for (int q = 0; q < N; q++) matrix[p][q] *= pdi_diffusion_twice(q);
     for (int p = 0; p < N; p++) trace += matrix[p][p];
     for (int p = 0; p < N; p++) {
         x[p] = 0.0;
@@ -19005,17 +19052,29 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
 }
 
+/* Numbers that differ by the order of their sums only become equal: what is symmetric conducts symmetrically. */
+static float pdi_diffusion_round(double x)
+{
+    return (float)(round(PDI_DIFFUSION_PARTS * x) / PDI_DIFFUSION_PARTS);
+}
+
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
 {
     enum { N = PD_DIFFUSION_TENSOR };
-    double x[N], normal[PD_DIM];
+    double x[N];
+    pdi_diffusion_cuts cuts;
     int64_t i = d->bonds->node[r];
-    pdi_diffusion_row(d, r, held, NULL, x);
-    for (int t = 0; t < N; t++) d->tensor[i * N + t] = (float)x[t];
-    if (!pdi_diffusion_facing(d, r, held, normal)) return;
-    pdi_diffusion_row(d, r, held, normal, x);
-    for (int t = 0; t < N; t++) d->metal[i * N + t] = (float)x[t];
-    for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = (float)normal[a];
+    pdi_diffusion_count(d, r, held, &cuts);
+    /* a diagonal entry is positive where bonds are cut */
+    if (cuts.walls[0] + cuts.walls[N > 1 ? 2 : 0] + cuts.walls[N - 1] > 0.0) {
+        pdi_diffusion_row(d, r, cuts.walls, NULL, x);
+        for (int t = 0; t < N; t++) d->tensor[i * N + t] = pdi_diffusion_round(x[t]);
+    }
+    if (!(pdi_vec_norm(cuts.normal) > 0.0)) return;
+    pdi_diffusion_within(cuts.normal, cuts.metal);
+    pdi_diffusion_row(d, r, cuts.metal, cuts.normal, x);
+    for (int t = 0; t < N; t++) d->metal[i * N + t] = pdi_diffusion_round(x[t]);
+    for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = pdi_diffusion_round(cuts.normal[a]);
 }
 
 /* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
@@ -19223,6 +19282,7 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
     int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
+    PDI_ARRAY(owner, diffusion, unit, PD_DIM * diffusion->bonds->stencil->count, "1");
     PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
     PDI_ARRAY(owner, diffusion, cut, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
@@ -19248,6 +19308,11 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
     PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double xi[PD_DIM];
+        pdi_diffusion_offset(d, k, xi);
+        for (int a = 0; a < PD_DIM; a++) d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+    }
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
@@ -19262,43 +19327,46 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* Twice what walls beside node i add to the factor of a bond. */
-static double pdi_diffusion_part(const pd_diffusion *d, int64_t i, const double *weight)
+/* e^T X e of tensor i of a field of them. `along`: e e^T, entries counting as often as in the full tensor. */
+static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const double *along)
 {
-    const float *tensor = d->tensor + i * PD_DIFFUSION_TENSOR;
+    const float *tensor = tensors + i * PD_DIFFUSION_TENSOR;
     double sum = 0.0;
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)tensor[t];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += along[t] * (double)tensor[t];
     return sum;
 }
 
-/* The same of metal. */
-static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *xi, const double *weight)
+/* The same of what metal beside node i adds. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *e, const double *along)
 {
-    const float *metal = d->metal + i * PD_DIFFUSION_TENSOR, *facing = d->facing + i * PD_DIM;
-    double normal[PD_DIM], sum = 0.0;
-    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)facing[a];
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)metal[t];
-    return sum * pdi_diffusion_along(d, normal, xi);
+    double normal[PD_DIM];
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[i * PD_DIM + a];
+    return pdi_diffusion_quadratic(d->metal, i, along) * pdi_diffusion_along(d, normal, e);
+}
+
+PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
+{
+    int32_t j = i + d->bonds->shift[k];
+    const double *e = d->unit + k * PD_DIM;
+    double along[PD_DIFFUSION_TENSOR];
+    if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
+    pdi_diffusion_pack(e, along);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
+    double twice = pdi_diffusion_quadratic(d->tensor, i, along) + pdi_diffusion_quadratic(d->tensor, j, along);
+    if (d->metal) twice += pdi_diffusion_beside(d, i, e, along) + pdi_diffusion_beside(d, j, e, along);
+    double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
+    return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     int32_t j = i + d->bonds->shift[k];
-    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR], xi[PD_DIM];
+    double a = pdi_bond_lap(d->bonds, i)[k];
     if (d->field)
         for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
     else
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    for (int b = 0; b < count && rows; b++) {
-        if (!(d->cut[i + b] > 0.0f) || !(d->cut[j + b] > 0.0f)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        pdi_diffusion_quadratic(xi, weight);
-        double twice = pdi_diffusion_part(d, i + b, weight) + pdi_diffusion_part(d, j + b, weight);
-        if (d->metal)
-            twice += pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight);
-        double factor = fmax(1.0 + 0.5 * twice, PDI_DIFFUSION_LEAST);
-        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
-    }
+    for (int b = 0; b < count && rows; b++) bond[b] *= 1.0 + (double)pdi_diffusion_more(d, i + b, k);
 }
 
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
@@ -19334,21 +19402,18 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     return fraction;
 }
 
-/* Element `row` of shut. */
-static double pdi_conductance_shut(const pd_conductance *c, int32_t i, int32_t row)
+/* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
+static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
 {
     const pd_bonds *bonds = c->bonds;
-    const double *lap = pdi_bond_lap(bonds, i);
     double sum = 0.0;
+    for (int word = 0; word < bonds->words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
-        double bond = *pdi_conductance_place(c, row, k), whole = c->diffusion->desc.diffusivity * lap[k];
-        if (kind == PD_FLUID || kind == PD_IMAGE) {
-            if (bond < whole || bond > whole) return -1.0;
-        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
-        else sum += whole;
+        float more = c->more[pdi_conductance_place(c, row, k)];
+        if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
+        else if (!pdi_bond_open(bonds, row, k)) sum += bonds->stencil->lap[k];
     }
-    return sum;
+    c->shut[row] = c->diffusion->desc.diffusivity * sum;
 }
 
 /* Where the rows stood when they were last found. Plain rows come in the order of their nodes, and so do the others
@@ -19369,9 +19434,14 @@ static void pdi_conductance_move_row(const pd_conductance *c, int32_t r)
 {
     int32_t from = c->from[r];
     if (from < 0) return;
-    for (int k = 0; k < c->bonds->stencil->count; k++)
-        *pdi_conductance_place(c, r, k) = *pdi_conductance_place(c, from, k);
-    if (c->shut) c->shut[r] = c->shut[from];
+    for (int k = 0; k < c->bonds->stencil->count; k++) {
+        int64_t to = pdi_conductance_place(c, r, k), at = pdi_conductance_place(c, from, k);
+        if (c->rests) c->more[to] = c->more[at];
+        else c->bond[to] = c->bond[at];
+    }
+    for (int word = 0; word < c->bonds->words && c->rests; word++)
+        c->other[(int64_t)word * c->capacity + r] = c->other[(int64_t)word * c->capacity + from];
+    if (c->rests) c->shut[r] = c->shut[from];
 }
 
 /* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
@@ -19383,24 +19453,36 @@ static void pdi_conductance_move(const pd_conductance *c)
         if (c->from[r] < r) pdi_conductance_move_row(c, r);
 }
 
-/* Conductances of the bonds of a row that have an end with new numbers. */
+/* Bond k of row r. */
+static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
+{
+    const pd_bonds *bonds = c->bonds;
+    int32_t i = bonds->node[r];
+    int open = pdi_bond_open(bonds, r, k);
+    int64_t at = pdi_conductance_place(c, r, k);
+    if (c->rests) {
+        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
+        c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_open(kind) ? -1.0f : 0.0f;
+        return;
+    }
+    c->bond[at] = 0.0;
+    if (!open) return;
+    pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
+    if (bonds->inlet[r]) c->bond[at] /= pdi_conductance_entry(bonds, i, k);
+}
+
+/* The bonds of a row that have an end with new numbers. */
 static void pdi_conductance_row(const pd_conductance *c, int32_t r)
 {
     const pd_bonds *bonds = c->bonds;
-    const pd_diffusion *d = c->diffusion;
-    int32_t i = bonds->node[r];
-    int all = c->from[r] < 0 || d->renewed[i] > c->version, some = all;
+    const uint32_t *renewed = c->diffusion->renewed + bonds->node[r];
+    int all = c->from[r] < 0 || *renewed > c->version, some = all;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        double bond = 0.0;
-        if (!all && d->renewed[i + bonds->shift[k]] <= c->version) continue;
-        if (pdi_bond_open(bonds, r, k)) {
-            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
-            if (bonds->inlet[r]) bond /= pdi_conductance_entry(bonds, i, k);
-        }
-        *pdi_conductance_place(c, r, k) = bond;
+        if (!all && renewed[bonds->shift[k]] <= c->version) continue;
+        pdi_conductance_bond(c, r, k);
         some = 1;
     }
-    if (some && c->shut) c->shut[r] = pdi_conductance_shut(c, i, r);
+    if (some && c->rests) pdi_conductance_sums(c, r);
 }
 
 PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
@@ -19424,8 +19506,13 @@ PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
     pd_conductance *conductance = (pd_conductance *)object;
     const pd_bonds *bonds = conductance->bonds;
     int64_t rows = conductance->capacity;
-    PDI_ARRAY(owner, conductance, bond, bonds ? bonds->stencil->count * rows : 0, "1/s");
-    if (conductance->rests) PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    int64_t count = bonds ? bonds->stencil->count * rows : 0;
+    if (!conductance->rests) PDI_ARRAY(owner, conductance, bond, count, "1/s");
+    else {
+        PDI_ARRAY(owner, conductance, more, count, "1");
+        PDI_ARRAY(owner, conductance, other, bonds ? bonds->words * rows : 0, "1");
+        PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    }
     PDI_ARRAY(owner, conductance, node, rows, "1");
     PDI_ARRAY(owner, conductance, from, rows, "1");
 }
@@ -19450,75 +19537,71 @@ typedef struct pdi_rest_sweep {
     double *y;
 } pdi_rest_sweep;
 
-/* What leaves through the bonds of a row, one by one. */
-static double pdi_rest_row(const pd_conductance *c, const double *x, int32_t row)
-{
-    const int32_t *shift = c->bonds->shift;
-    const double *bond = pdi_conductance_place(c, row, 0);
-    int count = c->bonds->stencil->count;
-    double behind = 0.0, ahead = 0.0;
-    for (int k = 0; k < count / 2; k++) {
-        int opposite = count - 1 - k;
-        behind += bond[(int64_t)k * PDI_CONDUCTANCE_PAGE] * (x[0] - x[shift[k]]);
-        ahead += bond[(int64_t)opposite * PDI_CONDUCTANCE_PAGE] * (x[0] - x[shift[opposite]]);
-    }
-    return behind + ahead;
-}
-
-/* What leaves through the bonds of PDI_VECTOR rows of one page. Bonds that all of them have closed are left out. */
-static void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, double *PD_RESTRICT sum)
+/* What leaves through bond k of `count` rows, added to `sum`. exact: of all that are `open`. Otherwise less what whole
+ * families would give. */
+PDI_INLINE void pdi_rest_bond(const pd_conductance *c, const double *x, const float *PD_RESTRICT more,
+                              const uint32_t *PD_RESTRICT open, int k, int count, int exact, double *PD_RESTRICT sum)
 {
     const pd_bonds *bonds = c->bonds;
-    const double *first = pdi_conductance_place(c, row, 0);
-    double total[PDI_VECTOR] = {0.0};
-    for (int word = 0; word < bonds->words; word++) {
-        const uint32_t *open = bonds->mask + (int64_t)word * bonds->capacity + row;
-        int k = 32 * word, end = k + 32 < bonds->stencil->count ? k + 32 : bonds->stencil->count;
-        uint32_t any = 0;
-        for (int b = 0; b < PDI_VECTOR; b++) any |= open[b];
-        for (; k < end; k++, any >>= 1) {
-            const double *bond = first + (int64_t)k * PDI_CONDUCTANCE_PAGE, *far = x + bonds->shift[k];
-            if (!(any & 1u)) continue;
-            for (int b = 0; b < PDI_VECTOR; b++) total[b] += bond[b] * (x[b] - far[b]);
-        }
+    const double *far = x + bonds->shift[k];
+    double whole = c->diffusion->desc.diffusivity * bonds->stencil->lap[k];
+    for (int b = 0; b < count; b++) {
+        double bond = whole * ((exact ? 1.0 : 0.0) + (double)more[b]);
+        sum[b] += (exact ? (double)(int32_t)(open[b] >> (k & 31) & 1u) : 1.0) * bond * (x[b] - far[b]);
     }
-    for (int b = 0; b < PDI_VECTOR; b++) sum[b] = total[b];
 }
 
-/* The rows of a run that go bond by bond: all of them, or those whose conductances are not those of whole bonds. */
-static void pdi_rest_rows(const pdi_rest *rest, const double *x, int32_t row, int32_t length, double *sum)
+/* The same through all bonds of `count` rows of one page. Those are left out that all rows have closed or, not exact,
+ * no row has a number of. */
+PDI_INLINE void pdi_rest_block(const pd_conductance *c, const double *x, int32_t row, int count, int exact,
+                               double *PD_RESTRICT sum)
 {
-    const pd_conductance *c = rest->conductance;
-    const double *shut = c->shut + row;
-    for (int32_t at = 0; at < length;) {
-        int some = 0;
-        if (at + PDI_VECTOR > length && length >= PDI_VECTOR) at = length - PDI_VECTOR; /* with rows that are done */
-        for (int b = 0; b < PDI_VECTOR && at + b < length; b++) some += rest->exact || shut[at + b] < 0.0;
-        int page = (row + at) % PDI_CONDUCTANCE_PAGE + PDI_VECTOR <= PDI_CONDUCTANCE_PAGE;
-        if (at + PDI_VECTOR <= length && some > 1 && page) {
-            pdi_rest_block(c, x + at, row + at, sum + at);
-            at += PDI_VECTOR;
-            continue;
-        }
-        for (int b = 0; b < PDI_VECTOR && at < length; b++, at++)
-            if (rest->exact || shut[at] < 0.0) sum[at] = pdi_rest_row(c, x + at, row + at);
+    const pd_bonds *bonds = c->bonds;
+    const float *first = c->more + pdi_conductance_place(c, row, 0);
+    double total[PDI_BLOCK] = {0.0};
+    for (int word = 0; word < bonds->words; word++) {
+        const uint32_t *bits = exact ? bonds->mask + (int64_t)word * bonds->capacity + row
+                                     : c->other + (int64_t)word * c->capacity + row;
+        uint32_t any = 0;
+        for (int b = 0; b < count; b++) any |= bits[b];
+        for (int k = 32 * word; any; k++, any >>= 1)
+            if (any & 1u) pdi_rest_bond(c, x, first + (int64_t)k * PDI_CONDUCTANCE_PAGE, bits, k, count, exact, total);
+    }
+    for (int b = 0; b < count; b++) sum[b] = total[b];
+}
+
+/* The rows of a run. */
+static void pdi_rest_rows(const pd_conductance *c, const double *x, int32_t row, int32_t length, int exact, double *sum)
+{
+    int32_t count;
+    for (int32_t at = 0; at < length; at += count) {
+        int32_t left = PDI_CONDUCTANCE_PAGE - (row + at) % PDI_CONDUCTANCE_PAGE;
+        count = length - at < PDI_BLOCK ? length - at : PDI_BLOCK;
+        count = count < left ? count : left;
+        if (exact && count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
+        else if (exact) pdi_rest_block(c, x + at, row + at, count, 1, sum + at);
+        else if (count == PDI_BLOCK) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
+        else pdi_rest_block(c, x + at, row + at, count, 0, sum + at);
     }
 }
 
-/* Whole families: the Laplacian by lines. Rows: the same less what closed bonds would carry, or bond by bond. */
+/* Whole families: the Laplacian by lines. Rows: the same, less what closed bonds would carry and with what the others
+ * carry otherwise, or bond by bond. */
 static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_rest_sweep *s = (const pdi_rest_sweep *)user;
     const pdi_rest *rest = s->rest;
     const pd_conductance *c = rest->conductance;
     const double *x = s->x + i;
-    double *y = s->y + i, sum[PDI_PIECE];
-    if (row < 0 || !rest->exact) pdi_line_laplacian(&s->lines, s->x, i, length, y);
-    if (row >= 0) pdi_rest_rows(rest, x, row, length, sum);
+    int bonds = row >= 0 && rest->exact;
+    double *y = s->y + i, sum[PDI_PIECE], diffusivity = c->diffusion->desc.diffusivity;
+    if (!bonds) pdi_line_laplacian(&s->lines, s->x, i, length, y);
+    if (row >= 0) pdi_rest_rows(c, x, row, length, rest->exact, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
-        double shut = row < 0 ? 0.0 : rest->exact ? -1.0 : c->shut[row + b];
-        y[b] = own * x[b] + (shut < 0.0 ? sum[b] : -c->diffusion->desc.diffusivity * y[b] - shut * x[b]);
+        if (row < 0) y[b] = own * x[b] - diffusivity * y[b];
+        else if (bonds) y[b] = own * x[b] + sum[b];
+        else y[b] = (own - c->shut[row + b]) * x[b] - diffusivity * y[b] + sum[b];
     }
 }
 
@@ -19994,7 +20077,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = *pdi_conductance_place(&t->conductance, row, k);
+    if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -20223,7 +20306,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
     s.t = t;
     s.c = c;
     s.y = y;
-    if (t->conductance.rests && !t->boundary->count) {
+    if (t->conductance.rests) {
         pdi_rest rest;
         rest.conductance = &t->conductance;
         rest.rate = t->rate;
@@ -20606,14 +20689,75 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     pdi_transport_pin(t, y);
 }
 
+/* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
+ * the preconditioner stays positive. */
+static double pdi_transport_own(const pd_transport *t, int32_t i)
+{
+    return 1.0 / t->dt + fmax(t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0), 0.0);
+}
+
+/* S of eq. 5.11 at node i; *direct: tau S [s]. */
+static double pdi_transport_share(const pd_transport *t, int32_t i, double *direct)
+{
+    double diffusivity = t->diffusion.field ? t->diffusion.field[i] : t->desc.diffusivity;
+    double sum = diffusivity + t->excess * pdi_transport_own(t, i);
+    *direct = sum > 0.0 ? t->excess / sum : 0.0;
+    return sum > 0.0 ? diffusivity / sum : 1.0;
+}
+
+/* y = A^-1 x for the operator of wide families, as near as one cycle on the compact one comes (eq. 5.11). */
+static void pdi_transport_cycle(pd_ctx *ctx, pd_transport *t, const double *x, double *y)
+{
+    const uint8_t *kind = t->grid->kind;
+    int nt = pdi_par_threads(ctx, t->grid->total * 4);
+    (void)nt;
+    if (!(t->excess > 0.0)) {
+        pdi_multigrid_cycle(ctx, &t->mg, x, y);
+        return;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double direct;
+        if (kind[i] == PD_FLUID) y[i] = pdi_transport_share(t, i, &direct) * x[i];
+    }
+    pdi_multigrid_cycle(ctx, &t->mg, y, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < t->grid->total; i++) {
+        double direct;
+        if (kind[i] != PD_FLUID) continue;
+        y[i] *= pdi_transport_share(t, i, &direct);
+        y[i] += direct * x[i];
+    }
+}
+
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_multigrid_cycle(u->ctx, &u->t->mg, x, y);
+    pdi_transport_cycle(u->ctx, u->t, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
     pdi_transport_pin(u->t, y);
+}
+
+/* What holds the concentrations of the cells, for the preconditioner: the time, the lines of the law, held walls. */
+static void pdi_transport_hold(const pd_transport *t, float *mass)
+{
+    const pd_grid *grid = t->grid;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        double direct, own = pdi_transport_own(t, node), around = pdi_grid_circumference(grid, node);
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        int64_t cell = pdi_compact_cell(grid, i);
+        if (t->flow) mass[cell] += (float)(around * (own - 1.0 / t->dt));
+        else mass[cell] = (float)(around * own * pdi_transport_share(t, node, &direct));
+    }
+    for (int32_t k = 0; k < t->pinned_count; k++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, t->pinned[k], i);
+        mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
+    }
 }
 
 static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
@@ -20622,7 +20766,6 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     pdi_compact_convection convection;
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &t->compact;
-    const pd_grid *grid = t->grid;
     /* at rest later stages of a step differ by what holds the nodes alone */
     int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
     faces.closed = faces.outlet = 0;
@@ -20634,24 +20777,7 @@ static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
     if (!again)
         pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
                          1.0 / t->dt, &faces, c);
-    for (int32_t node = 0; node < grid->total && again; node++) {
-        int i[PD_DIM];
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] = (float)(pdi_grid_circumference(grid, node) * (double)(float)(1.0 / t->dt));
-    }
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        double drain = t->absorb[node] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[node] : 0.0);
-        if (grid->kind[node] != PD_FLUID || !(drain > 0.0)) continue;
-        pdi_grid_index(grid, node, i);
-        c->mass[pdi_compact_cell(grid, i)] += (float)(drain * pdi_grid_circumference(grid, node));
-    }
-    for (int32_t k = 0; k < t->pinned_count; k++) {
-        int i[PD_DIM];
-        pdi_grid_index(grid, t->pinned[k], i);
-        c->mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
-    }
+    pdi_transport_hold(t, c->mass);
     if (again) return pdi_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
     t->prepared = 1;
     t->prepared_dt = t->dt;
@@ -20678,7 +20804,7 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     const uint8_t *kind = t->grid->kind;
     int nt = pdi_par_threads(ctx, t->grid->total * 4);
     (void)nt;
-    pdi_transport_operator(ctx, t, t->c, out);
+    pdi_transport_sweep(ctx, t, t->c, !t->rough, out);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
@@ -20887,6 +21013,13 @@ static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, con
     return pdi_transport_evaluate(ctx, t);
 }
 
+/* How well a linear system is solved, when the last step has left that share of the residual (Eisenstat and Walker
+ * 1996, choice 2). */
+static double pdi_transport_forcing(double left)
+{
+    return fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * left * left));
+}
+
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
  * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
  * residual is halved. */
@@ -20916,7 +21049,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * (norm / before) * (norm / before)));
+        loose = pdi_transport_forcing(norm / before);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
@@ -20988,7 +21121,9 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
-    double atol = fmax(t->desc.tolerance * size, t->forcing * first);
+    double atol = t->desc.tolerance * size;
+    if (t->rough) atol = fmax(atol, first * pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0));
+    t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
@@ -21008,6 +21143,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
     t->prepared = 0;
+    t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
@@ -21151,7 +21287,7 @@ PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_
 
 PDI_FN int pdi_transport_rests(const pd_transport *t)
 {
-    return !t->flow && !t->desc.field && !t->grid->circumference;
+    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
 }
 
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
@@ -21207,6 +21343,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
     PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
+    t->excess = flow ? 0.0 : pdi_compact_excess(bonds->stencil);
     PDI_TRY(pdi_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
@@ -24117,8 +24254,6 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds)
 #define PDI_DISSOLVE_RTOL 1e-3
 /* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
-/* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
-#define PDI_DISSOLVE_FORCING 1e-3
 
 /* ---- build ---- */
 
@@ -24583,13 +24718,13 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
         pdi_dissolve_sources(d, dt, 0);
-        t->forcing = met || !pdi_metal_bonds(d) ? 0.0 : PDI_DISSOLVE_FORCING;
+        t->rough = !met;
         if (!d->desc.activation) {
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
             PDI_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
-            if (!met || t->forcing > 0.0) continue;
+            if (!met || t->rough) continue;
         }
         pdi_dissolve_rates(ctx, d);
         /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
@@ -24606,7 +24741,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
-    pdi_transport_residual(ctx, t, t->work);
+    if (!t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* else it is that of the last round */
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law_point *p = &d->beside[k].point;
@@ -24634,7 +24769,7 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
     if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
     t->pinned_count = 0;
-    t->forcing = 0.0;
+    t->rough = 0;
     return pdi_transport_end(ctx, t, dt, status);
 }
 

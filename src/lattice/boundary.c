@@ -21,7 +21,7 @@ PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t le
     return high < length ? high : length;
 }
 
-static int pdi_boundary_any(const pd_grid *grid)
+PDI_FN int pdi_boundary_any(const pd_grid *grid)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (pdi_grid_port(grid->side[s])) return 1;

@@ -23,8 +23,6 @@
 #define PDI_DISSOLVE_RTOL 1e-3
 /* Slope of a rising law in the equations, over all else that a node exchanges. */
 #define PDI_DISSOLVE_RISE 0.5
-/* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
-#define PDI_DISSOLVE_FORCING 1e-3
 
 /* ---- build ---- */
 
@@ -489,13 +487,13 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
         pdi_dissolve_sources(d, dt, 0);
-        t->forcing = met || !pdi_metal_bonds(d) ? 0.0 : PDI_DISSOLVE_FORCING;
+        t->rough = !met;
         if (!d->desc.activation) {
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
             PDI_TRY(pdi_dissolve_meet(ctx, d, dt, &met));
-            if (!met || t->forcing > 0.0) continue;
+            if (!met || t->rough) continue;
         }
         pdi_dissolve_rates(ctx, d);
         /* less metal leaves less in the fluid, so others give more: each round finds new pieces, or is the last one */
@@ -512,7 +510,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
-    pdi_transport_residual(ctx, t, t->work);
+    if (!t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* else it is that of the last round */
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law_point *p = &d->beside[k].point;
@@ -540,7 +538,7 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
     if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
     t->pinned_count = 0;
-    t->forcing = 0.0;
+    t->rough = 0;
     return pdi_transport_end(ctx, t, dt, status);
 }
 

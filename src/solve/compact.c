@@ -164,3 +164,10 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread
                 spread[a * PD_DIM + b] +=
                     share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
 }
+
+PDI_FN double pdi_compact_excess(const pd_stencil *s)
+{
+    double compact = 0.0;
+    for (int d = 0; d < PD_DIM; d++) compact += 2.0 / (s->h[d] * s->h[d]);
+    return fmax(1.0 / s->lap_sum - 1.0 / compact, 0.0);
+}

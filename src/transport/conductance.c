@@ -19,21 +19,18 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     return fraction;
 }
 
-/* Element `row` of shut. */
-static double pdi_conductance_shut(const pd_conductance *c, int32_t i, int32_t row)
+/* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
+static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
 {
     const pd_bonds *bonds = c->bonds;
-    const double *lap = pdi_bond_lap(bonds, i);
     double sum = 0.0;
+    for (int word = 0; word < bonds->words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
-        double bond = *pdi_conductance_place(c, row, k), whole = c->diffusion->desc.diffusivity * lap[k];
-        if (kind == PD_FLUID || kind == PD_IMAGE) {
-            if (bond < whole || bond > whole) return -1.0;
-        } else if (kind == PD_INLET || kind == PD_OUTLET || bond > 0.0) return -1.0;
-        else sum += whole;
+        float more = c->more[pdi_conductance_place(c, row, k)];
+        if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
+        else if (!pdi_bond_open(bonds, row, k)) sum += bonds->stencil->lap[k];
     }
-    return sum;
+    c->shut[row] = c->diffusion->desc.diffusivity * sum;
 }
 
 /* Where the rows stood when they were last found. Plain rows come in the order of their nodes, and so do the others
@@ -54,9 +51,14 @@ static void pdi_conductance_move_row(const pd_conductance *c, int32_t r)
 {
     int32_t from = c->from[r];
     if (from < 0) return;
-    for (int k = 0; k < c->bonds->stencil->count; k++)
-        *pdi_conductance_place(c, r, k) = *pdi_conductance_place(c, from, k);
-    if (c->shut) c->shut[r] = c->shut[from];
+    for (int k = 0; k < c->bonds->stencil->count; k++) {
+        int64_t to = pdi_conductance_place(c, r, k), at = pdi_conductance_place(c, from, k);
+        if (c->rests) c->more[to] = c->more[at];
+        else c->bond[to] = c->bond[at];
+    }
+    for (int word = 0; word < c->bonds->words && c->rests; word++)
+        c->other[(int64_t)word * c->capacity + r] = c->other[(int64_t)word * c->capacity + from];
+    if (c->rests) c->shut[r] = c->shut[from];
 }
 
 /* What goes to the front goes first, from the front on; the order of the rows stays, so that none is overwritten. */
@@ -68,24 +70,36 @@ static void pdi_conductance_move(const pd_conductance *c)
         if (c->from[r] < r) pdi_conductance_move_row(c, r);
 }
 
-/* Conductances of the bonds of a row that have an end with new numbers. */
+/* Bond k of row r. */
+static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
+{
+    const pd_bonds *bonds = c->bonds;
+    int32_t i = bonds->node[r];
+    int open = pdi_bond_open(bonds, r, k);
+    int64_t at = pdi_conductance_place(c, r, k);
+    if (c->rests) {
+        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
+        c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_open(kind) ? -1.0f : 0.0f;
+        return;
+    }
+    c->bond[at] = 0.0;
+    if (!open) return;
+    pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
+    if (bonds->inlet[r]) c->bond[at] /= pdi_conductance_entry(bonds, i, k);
+}
+
+/* The bonds of a row that have an end with new numbers. */
 static void pdi_conductance_row(const pd_conductance *c, int32_t r)
 {
     const pd_bonds *bonds = c->bonds;
-    const pd_diffusion *d = c->diffusion;
-    int32_t i = bonds->node[r];
-    int all = c->from[r] < 0 || d->renewed[i] > c->version, some = all;
+    const uint32_t *renewed = c->diffusion->renewed + bonds->node[r];
+    int all = c->from[r] < 0 || *renewed > c->version, some = all;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        double bond = 0.0;
-        if (!all && d->renewed[i + bonds->shift[k]] <= c->version) continue;
-        if (pdi_bond_open(bonds, r, k)) {
-            pdi_diffusion_bond(d, i, k, 1, 1, &bond);
-            if (bonds->inlet[r]) bond /= pdi_conductance_entry(bonds, i, k);
-        }
-        *pdi_conductance_place(c, r, k) = bond;
+        if (!all && renewed[bonds->shift[k]] <= c->version) continue;
+        pdi_conductance_bond(c, r, k);
         some = 1;
     }
-    if (some && c->shut) c->shut[r] = pdi_conductance_shut(c, i, r);
+    if (some && c->rests) pdi_conductance_sums(c, r);
 }
 
 PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
@@ -109,8 +123,13 @@ PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
     pd_conductance *conductance = (pd_conductance *)object;
     const pd_bonds *bonds = conductance->bonds;
     int64_t rows = conductance->capacity;
-    PDI_ARRAY(owner, conductance, bond, bonds ? bonds->stencil->count * rows : 0, "1/s");
-    if (conductance->rests) PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    int64_t count = bonds ? bonds->stencil->count * rows : 0;
+    if (!conductance->rests) PDI_ARRAY(owner, conductance, bond, count, "1/s");
+    else {
+        PDI_ARRAY(owner, conductance, more, count, "1");
+        PDI_ARRAY(owner, conductance, other, bonds ? bonds->words * rows : 0, "1");
+        PDI_ARRAY(owner, conductance, shut, rows, "1/s");
+    }
     PDI_ARRAY(owner, conductance, node, rows, "1");
     PDI_ARRAY(owner, conductance, from, rows, "1");
 }

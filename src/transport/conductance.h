@@ -7,15 +7,17 @@
 #define PD_CONDUCTANCE_H
 #include "transport/diffusion.h"
 
-/* The first three are given before it is built. */
+/* The first three are given before it is built. Fluid at rest has one diffusivity, so there a bond keeps in single
+ * precision what it conducts otherwise than one between whole families. */
 typedef struct pd_conductance {
     const pd_bonds *bonds;
     const pd_diffusion *diffusion;
-    int rests;               /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one */
-    double *bond;            /* [capacity/64][count][64] [1/s] */
-    double *shut;            /* [capacity] [1/s] conductance of what the closed bonds of a row would carry, when they
-                              * end on metal and walls and the others are whole; -1: it is another row. NULL: not at
-                              * rest */
+    int rests;               /* 1: fluid at rest with one diffusivity, without inlets and outlets */
+    double *bond;            /* [capacity/32][count][32] [1/s]; NULL at rest */
+    float *more;             /* [capacity/32][count][32] [-] at rest: D a(n) times 1 + this is the conductance of an
+                              * open bond. Closed ones: -1 where fluid is at the far end, else 0 */
+    uint32_t *other;         /* [words][capacity] at rest: bit k of a row: bond k has another number than 0 there */
+    double *shut;            /* [capacity] [1/s] at rest: what closed bonds to metal and walls would conduct */
     int32_t *node;           /* [capacity] nodes of the `rows` rows that they were last found for, `plain` of them
                               * plain */
     int32_t *from;           /* [capacity] where a row stood before; -1: nowhere. Work */
@@ -25,22 +27,30 @@ typedef struct pd_conductance {
 
 #ifdef PDI_INTERNAL
 /* Rows whose conductances stand together. */
-#define PDI_CONDUCTANCE_PAGE 64
+#define PDI_CONDUCTANCE_PAGE 32
 
-/* Where the conductance of bond k of a row stands; those of the next rows follow up to the end of its page. */
-static inline double *pdi_conductance_place(const pd_conductance *c, int32_t row, int k)
+/* Where bond k of a row stands; those of the next rows follow up to the end of its page. */
+static inline int64_t pdi_conductance_place(const pd_conductance *c, int32_t row, int k)
 {
     int64_t page = row / PDI_CONDUCTANCE_PAGE;
-    return c->bond + (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
+    return (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
 }
-/* Those of bond k of `count` nodes: rows from `row`, or nodes with whole families (-1). `space`: room for what does not
- * stand together. */
+/* [1/s] of bond k of a row. */
+static inline double pdi_conductance_value(const pd_conductance *c, int32_t row, int k)
+{
+    if (!c->rests) return c->bond[pdi_conductance_place(c, row, k)];
+    if (!pdi_bond_open(c->bonds, row, k)) return 0.0;
+    return c->diffusion->desc.diffusivity * c->bonds->stencil->lap[k] *
+           (1.0 + (double)c->more[pdi_conductance_place(c, row, k)]);
+}
+/* [1/s] of bond k of `count` nodes, not at rest: rows from `row`, or nodes with whole families (-1). `space`: room for
+ * what does not stand together. */
 static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t i, int32_t row, int k, int count,
                                                double *PD_RESTRICT space)
 {
     if (row >= 0 && row % PDI_CONDUCTANCE_PAGE + count <= PDI_CONDUCTANCE_PAGE)
-        return pdi_conductance_place(c, row, k);
-    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_conductance_place(c, row + b, k);
+        return c->bond + pdi_conductance_place(c, row, k);
+    for (int b = 0; b < count && row >= 0; b++) space[b] = c->bond[pdi_conductance_place(c, row + b, k)];
     if (row >= 0) return space;
     if (c->diffusion->field) {
         pdi_diffusion_bond(c->diffusion, i, k, count, 0, space);

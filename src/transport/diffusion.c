@@ -13,6 +13,8 @@
 /* Factors stay within these bounds. */
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
+/* Tensors and normals are kept in parts of 1. */
+#define PDI_DIFFUSION_PARTS 1048576.0
 
 /* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
 static void pdi_diffusion_pack(const double *xi, double *packed)
@@ -22,13 +24,10 @@ static void pdi_diffusion_pack(const double *xi, double *packed)
         for (int b = 0; b <= a; b++) packed[at++] = xi[a] * xi[b];
 }
 
-/* e^T X e = sum of this times the packed entries of X, off-diagonal ones counting twice. */
-static void pdi_diffusion_quadratic(const double *xi, double *weight)
+/* How often an entry of a packed tensor counts in e^T X e. */
+static double pdi_diffusion_twice(int t)
 {
-    double square = pdi_vec_dot(xi, xi);
-    int at = 0;
-    for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b <= a; b++) weight[at++] = (a == b ? 1.0 : 2.0) * xi[a] * xi[b] / square;
+    return t == 0 || t == 2 || t == 5 ? 1.0 : 2.0;
 }
 
 /* Solve a small dense system by elimination with pivoting; 0: singular. */
@@ -78,69 +77,90 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
     for (int a = 0; a < PD_DIM; a++) xi[a] = (double)d->bonds->stencil->offset[k * PD_DIM + a];
 }
 
-/* Share of bond xi [cells] that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
+/* Share of a bond along e that counts as lying along a surface of metal: 1 within it, 0 where it leaves it as steeply
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
-static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *xi)
+static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, xi), reach = d->bonds->stencil->reach;
-    return fmax(1.0 - across * across / pdi_vec_dot(xi, xi) * (1.0 + reach * reach), 0.0);
+    double across = pdi_vec_dot(normal, e), reach = d->bonds->stencil->reach;
+    return fmax(1.0 - across * across * (1.0 + reach * reach), 0.0);
 }
 
-/* Normal of the metal that cuts bonds of row r, from it, in cells. 0: there is none. */
-static int pdi_diffusion_facing(const pd_diffusion *d, int32_t r, const uint8_t *held, double *normal)
+/* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
+typedef struct pdi_diffusion_cuts {
+    double walls[PD_DIFFUSION_TENSOR], metal[PD_DIFFUSION_TENSOR];
+    double normal[PD_DIM];  /* of the metal, from it; 0: there is none */
+} pdi_diffusion_cuts;
+
+static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t *held, pdi_diffusion_cuts *cuts)
 {
     const pd_bonds *bonds = d->bonds;
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
-    for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
-    for (int k = 0; k < bonds->stencil->count && d->metal; k++) {
-        double xi[PD_DIM];
-        if (pdi_bond_open(bonds, r, k) || (held && held[k]) || !pdi_diffusion_metal(d, r, k)) continue;
+    memset(cuts, 0, sizeof *cuts);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double xi[PD_DIM], packed[PD_DIFFUSION_TENSOR];
+        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
+        int metal = pdi_diffusion_metal(d, r, k);
         pdi_diffusion_offset(d, k, xi);
-        for (int a = 0; a < PD_DIM; a++) normal[a] -= lap[k] * xi[a];
+        pdi_diffusion_pack(xi, packed);
+        for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) (metal ? cuts->metal : cuts->walls)[t] += lap[k] * packed[t];
+        for (int a = 0; a < PD_DIM && metal; a++) cuts->normal[a] -= lap[k] * xi[a];
     }
-    double length = pdi_vec_norm(normal);
-    for (int a = 0; a < PD_DIM && length > 0.0; a++) normal[a] /= length;
-    return length > 0.0;
+    double length = pdi_vec_norm(cuts->normal);
+    for (int a = 0; a < PD_DIM && length > 0.0; a++) cuts->normal[a] /= length;
 }
 
-/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = what the moments of the bonds that walls cut, or
- * metal, lack (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what dissolves
- * (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
-static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *held, const double *normal, double *x)
+/* The part of a packed tensor within the plane of a normal: P X P with P = 1 - n n^T. */
+static void pdi_diffusion_within(const double *normal, double *x)
+{
+    double full[PD_DIM][PD_DIM], half[PD_DIM][PD_DIM];
+    int at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) full[a][b] = full[b][a] = x[at++];
+    for (int a = 0; a < PD_DIM; a++) {
+        double across = pdi_vec_dot(normal, full[a]);
+        for (int b = 0; b < PD_DIM; b++) half[b][a] = full[a][b] - across * normal[b];
+    }
+    at = 0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b <= a; b++) x[at++] = half[a][b] - pdi_vec_dot(normal, half[a]) * normal[b];
+}
+
+/* Entries p <= q of sum of a xi xi^T along e e^T, packed twice, over the open bonds of a row that end on rows with cut
+ * bonds; normal: with their shares along metal, or NULL. */
+static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double *normal,
+                                  double sum[][PD_DIFFUSION_TENSOR])
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
-    const pd_stencil *s = bonds->stencil;
-    double matrix[N][N], square[N][N], lack[N], packed[N], weight[N], trace = 0.0;
-    double damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
-    int cuts = 0;
+    const float *cut = d->cut + bonds->node[r];
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        const double *e = d->unit + k * PD_DIM;
+        double xi[PD_DIM], packed[N];
+        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->shift[k]] > 0.0f)) continue;
+        pdi_diffusion_offset(d, k, xi);
+        double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
+        if (!(part > 0.0)) continue;
+        pdi_diffusion_pack(e, packed);
+        for (int p = 0; p < N; p++)
+            for (int q = p; q < N; q++) sum[p][q] += part * packed[p] * packed[q];
+    }
+}
+
+/* X of one row: sum over its bonds to rows of a (e^T X e) xi xi^T = `lack`, what the moments of the bonds that walls
+ * cut, or metal, leave out (eq. 5.7), in the sense of least squares. normal: that of metal. Its cut bonds carry what
+ * dissolves (eq. 6.2c), so they lack in nothing but along the surface. NULL: of walls. */
+static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const double *lack, const double *normal, double *x)
+{
+    enum { N = PD_DIFFUSION_TENSOR };
+    double matrix[N][N], square[N][N], trace = 0.0, damping = normal ? PDI_DIFFUSION_EDGES : PDI_DIFFUSION_DAMPING;
     memset(matrix, 0, sizeof matrix);
     memset(square, 0, sizeof square);
-    memset(lack, 0, sizeof lack);
-    memset(x, 0, N * sizeof *x);
-    for (int k = 0; k < s->count; k++) {
-        double xi[PD_DIM];
-        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
-        if (pdi_diffusion_metal(d, r, k) != (normal != NULL)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        double across = normal ? pdi_vec_dot(normal, xi) : 0.0;
-        for (int a = 0; a < PD_DIM && normal; a++) xi[a] -= across * normal[a];
-        pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++) lack[p] += lap[k] * packed[p];
-        cuts++;
-    }
-    if (cuts == 0) return;
-    for (int k = 0; k < s->count; k++) {
-        double xi[PD_DIM];
-        if (!pdi_bond_open(bonds, r, k) || !(d->cut[bonds->node[r] + bonds->shift[k]] > 0.0f)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        double along = normal ? pdi_diffusion_along(d, normal, xi) : 1.0;
-        pdi_diffusion_quadratic(xi, weight);
-        pdi_diffusion_pack(xi, packed);
-        for (int p = 0; p < N; p++)
-            for (int q = 0; q < N; q++) matrix[p][q] += along * lap[k] * packed[p] * weight[q];
-    }
+    pdi_diffusion_moments(d, r, normal, matrix);
+    for (int p = 0; p < N; p++)
+        for (int q = 0; q < p; q++) matrix[p][q] = matrix[q][p];
+    for (int p = 0; p < N; p++)
+        for (int q = 0; q < N; q++) matrix[p][q] *= pdi_diffusion_twice(q);
     for (int p = 0; p < N; p++) trace += matrix[p][p];
     for (int p = 0; p < N; p++) {
         x[p] = 0.0;
@@ -153,17 +173,29 @@ static void pdi_diffusion_row(const pd_diffusion *d, int32_t r, const uint8_t *h
     if (!pdi_diffusion_solve(square, x)) memset(x, 0, N * sizeof *x);
 }
 
+/* Numbers that differ by the order of their sums only become equal: what is symmetric conducts symmetrically. */
+static float pdi_diffusion_round(double x)
+{
+    return (float)(round(PDI_DIFFUSION_PARTS * x) / PDI_DIFFUSION_PARTS);
+}
+
 static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
 {
     enum { N = PD_DIFFUSION_TENSOR };
-    double x[N], normal[PD_DIM];
+    double x[N];
+    pdi_diffusion_cuts cuts;
     int64_t i = d->bonds->node[r];
-    pdi_diffusion_row(d, r, held, NULL, x);
-    for (int t = 0; t < N; t++) d->tensor[i * N + t] = (float)x[t];
-    if (!pdi_diffusion_facing(d, r, held, normal)) return;
-    pdi_diffusion_row(d, r, held, normal, x);
-    for (int t = 0; t < N; t++) d->metal[i * N + t] = (float)x[t];
-    for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = (float)normal[a];
+    pdi_diffusion_count(d, r, held, &cuts);
+    /* a diagonal entry is positive where bonds are cut */
+    if (cuts.walls[0] + cuts.walls[N > 1 ? 2 : 0] + cuts.walls[N - 1] > 0.0) {
+        pdi_diffusion_row(d, r, cuts.walls, NULL, x);
+        for (int t = 0; t < N; t++) d->tensor[i * N + t] = pdi_diffusion_round(x[t]);
+    }
+    if (!(pdi_vec_norm(cuts.normal) > 0.0)) return;
+    pdi_diffusion_within(cuts.normal, cuts.metal);
+    pdi_diffusion_row(d, r, cuts.metal, cuts.normal, x);
+    for (int t = 0; t < N; t++) d->metal[i * N + t] = pdi_diffusion_round(x[t]);
+    for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = pdi_diffusion_round(cuts.normal[a]);
 }
 
 /* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
@@ -371,6 +403,7 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
     int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
+    PDI_ARRAY(owner, diffusion, unit, PD_DIM * diffusion->bonds->stencil->count, "1");
     PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
     PDI_ARRAY(owner, diffusion, cut, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
@@ -396,6 +429,11 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
     PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        double xi[PD_DIM];
+        pdi_diffusion_offset(d, k, xi);
+        for (int a = 0; a < PD_DIM; a++) d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+    }
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
@@ -410,43 +448,46 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* Twice what walls beside node i add to the factor of a bond. */
-static double pdi_diffusion_part(const pd_diffusion *d, int64_t i, const double *weight)
+/* e^T X e of tensor i of a field of them. `along`: e e^T, entries counting as often as in the full tensor. */
+static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const double *along)
 {
-    const float *tensor = d->tensor + i * PD_DIFFUSION_TENSOR;
+    const float *tensor = tensors + i * PD_DIFFUSION_TENSOR;
     double sum = 0.0;
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)tensor[t];
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += along[t] * (double)tensor[t];
     return sum;
 }
 
-/* The same of metal. */
-static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *xi, const double *weight)
+/* The same of what metal beside node i adds. */
+static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *e, const double *along)
 {
-    const float *metal = d->metal + i * PD_DIFFUSION_TENSOR, *facing = d->facing + i * PD_DIM;
-    double normal[PD_DIM], sum = 0.0;
-    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)facing[a];
-    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) sum += weight[t] * (double)metal[t];
-    return sum * pdi_diffusion_along(d, normal, xi);
+    double normal[PD_DIM];
+    for (int a = 0; a < PD_DIM; a++) normal[a] = (double)d->facing[i * PD_DIM + a];
+    return pdi_diffusion_quadratic(d->metal, i, along) * pdi_diffusion_along(d, normal, e);
+}
+
+PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
+{
+    int32_t j = i + d->bonds->shift[k];
+    const double *e = d->unit + k * PD_DIM;
+    double along[PD_DIFFUSION_TENSOR];
+    if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
+    pdi_diffusion_pack(e, along);
+    for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
+    double twice = pdi_diffusion_quadratic(d->tensor, i, along) + pdi_diffusion_quadratic(d->tensor, j, along);
+    if (d->metal) twice += pdi_diffusion_beside(d, i, e, along) + pdi_diffusion_beside(d, j, e, along);
+    double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
+    return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     int32_t j = i + d->bonds->shift[k];
-    double a = pdi_bond_lap(d->bonds, i)[k], weight[PD_DIFFUSION_TENSOR], xi[PD_DIM];
+    double a = pdi_bond_lap(d->bonds, i)[k];
     if (d->field)
         for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
     else
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
-    for (int b = 0; b < count && rows; b++) {
-        if (!(d->cut[i + b] > 0.0f) || !(d->cut[j + b] > 0.0f)) continue;
-        pdi_diffusion_offset(d, k, xi);
-        pdi_diffusion_quadratic(xi, weight);
-        double twice = pdi_diffusion_part(d, i + b, weight) + pdi_diffusion_part(d, j + b, weight);
-        if (d->metal)
-            twice += pdi_diffusion_beside(d, i + b, xi, weight) + pdi_diffusion_beside(d, j + b, xi, weight);
-        double factor = fmax(1.0 + 0.5 * twice, PDI_DIFFUSION_LEAST);
-        bond[b] *= factor < PDI_DIFFUSION_MOST ? factor : PDI_DIFFUSION_MOST;
-    }
+    for (int b = 0; b < count && rows; b++) bond[b] *= 1.0 + (double)pdi_diffusion_more(d, i + b, k);
 }
 
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)

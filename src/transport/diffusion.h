@@ -28,6 +28,7 @@ typedef struct pd_diffusion_desc {
 typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
+    double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
     float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
                                          * xy, yy, xz, yz, zz */
     float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
@@ -66,6 +67,8 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
                                     int index);
+/* What bond k between rows conducts more than between whole families, over that. */
+PDI_FN float pdi_diffusion_more(const pd_diffusion *diffusion, int32_t i, int k);
 /* Conductance [1/s] of bond k of the nodes i .. i+count-1; rows: they have rows. */
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, int count, int rows, double *bond);
 /* What held walls give to node i with the concentration c + rest [mol/m3/s]: differences first, since beside a good

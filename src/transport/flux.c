@@ -194,7 +194,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
-    if (row >= 0) *bond = *pdi_conductance_place(&t->conductance, row, k);
+    if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
     else pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
 }
 
@@ -423,7 +423,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
     s.t = t;
     s.c = c;
     s.y = y;
-    if (t->conductance.rests && !t->boundary->count) {
+    if (t->conductance.rests) {
         pdi_rest rest;
         rest.conductance = &t->conductance;
         rest.rate = t->rate;

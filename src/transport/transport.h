@@ -71,10 +71,12 @@ typedef struct pd_transport {
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
     int32_t pinned_count;
-    double forcing;         /* [-] a stage may end at this share of its first residual; 0: at the tolerance */
+    int rough;              /* 1: a stage may end above its tolerance, once it has gained what the last one did */
+    double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
     int prepared;           /* 1: the preconditioner is that of this step, */
     double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
+    double excess;          /* [m2] tau D of eq. 5.11; 0 with a flow */
     pd_compact compact;
     pd_multigrid mg;
     pd_krylov krylov;
