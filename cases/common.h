@@ -1,4 +1,4 @@
-/* common: what the programs share: clocks, memory, and the reading of numbers on the command line. */
+/* common: what validate, bench and stability share: clocks, memory, and the reading of numbers on the command line. */
 #ifndef CASES_COMMON_H
 #define CASES_COMMON_H
 
@@ -80,7 +80,7 @@ static int ended(const char *program, int status)
 
 static int usage_error(const char *program, const char *what, const char *found)
 {
-    fprintf(stderr, "%s: %s%s; %s --help tells the usage\n", program, what, found, program);
+    fprintf(stderr, "%s: %s%s; see %s --help\n", program, what, found, program);
     return 2;
 }
 

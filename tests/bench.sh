@@ -48,7 +48,7 @@ at_most 1e-12 err_max dim=3 part=agreement
 
 # rejects MESSAGE ARGUMENT...: one line on stderr, nothing on stdout, status 2.
 rejects() {
-    printf 'bench2d: %s; bench2d --help tells the usage\n' "$1" > "$dir/wanted"
+    printf 'bench2d: %s; see bench2d --help\n' "$1" > "$dir/wanted"
     shift
     "$build/bench2d" "$@" > "$dir/out" 2> "$dir/log"
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"

@@ -162,7 +162,7 @@ says pin out "accuracy=0.01 reached=unknown"
 for bad in 0 200% 60% abc 1%% % nan -1 1e-9 ''; do
     "$programs/pd2d" "$scenes/slab_2d.scene" --out "$dir/bad" --accuracy "$bad" > "$dir/bad.out" 2> "$dir/bad.err"
     status=$?
-    echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; pd2d --help tells the usage" \
+    echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; see pd2d --help" \
         > "$dir/wanted"
     [ $status = 2 ] && cmp -s "$dir/wanted" "$dir/bad.err" && [ ! -s "$dir/bad.out" ] && [ ! -e "$dir/bad" ]
     said=$?

@@ -12,7 +12,7 @@ done
 
 # rejects MESSAGE ARGUMENT...: one line on stderr, nothing on stdout, status 2.
 rejects() {
-    printf 'validate2d: %s; validate2d --help tells the usage\n' "$1" > "$dir/wanted"
+    printf 'validate2d: %s; see validate2d --help\n' "$1" > "$dir/wanted"
     shift
     "$build/validate2d" "$@" > "$dir/out" 2> "$dir/log"
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"

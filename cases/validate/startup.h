@@ -25,15 +25,6 @@ static double startup_wall(double y, double t)
     return u;
 }
 
-/* A stream of speed 1 that the plates stop. */
-static double startup_stop(double y, double t)
-{
-    double u = 0.0;
-    for (int k = 1; k < STARTUP_TERMS; k += 2)
-        u += 4.0 / (k * val_pi) * sin(k * val_pi * y) * exp(-k * k * val_pi * val_pi * t);
-    return u;
-}
-
 /* Periodic box with plates at y = 0 and y = height, n cells between them, `along` cells in the other directions. */
 static void startup_box(val_lab *lab, double height, const val_level *level, int along)
 {
@@ -202,6 +193,15 @@ static const val_case startup_case = {
 #define CHANNEL_TIMES 5
 #define CHANNEL_JUMP 2 /* times before this one are those of the jump at the walls */
 static const double channel_time[CHANNEL_TIMES] = {1.0, 5.0, 20.0, 50.0, 100.0}; /* [s] */
+
+/* A stream of speed 1 that the plates stop. */
+static double startup_stop(double y, double t)
+{
+    double u = 0.0;
+    for (int k = 1; k < STARTUP_TERMS; k += 2)
+        u += 4.0 / (k * val_pi) * sin(k * val_pi * y) * exp(-k * k * val_pi * val_pi * t);
+    return u;
+}
 
 /* u [m/s] at the distance y [m] from a wall: a stream of 1 m/s, and the force from t = 0 on. */
 static double channel_series(double y, double t, double sign)
