@@ -297,7 +297,9 @@ static int parse_checkpoint(const char *text, options *o)
     if (pd_units_parse(&quiet, unit, &scale, &found) < 0) return 0;
     pd_units_parse(&quiet, "s", NULL, &time);
     o->checkpoint_every *= scale;
-    return pd_units_same(&found, &time) && o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
+    for (int k = 0; k < 6; k++)
+        if (fabs(found.e[k] - time.e[k]) > 1e-9) return 0;
+    return o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
 }
 
 /* "2GB", "1.5 GiB", "500 MB"; a number alone counts bytes. */

@@ -2,6 +2,7 @@
 #ifndef METAL_SCENE_H
 #define METAL_SCENE_H
 #include "couple/couple.h"
+#include "metal/content.h"
 #include "metal/dissolving.h"
 #include "test.h"
 
@@ -124,7 +125,11 @@ static inline pd_status scene_run(scene *s, double t_end)
     return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
-static inline double scene_solid(scene *s) { return pd_dissolve_stock(&s->ctx, &s->dissolve); }
+static inline double scene_solid(const scene *s)
+{
+    double volume;
+    return pdi_content_stock(&s->dissolve, &volume);
+}
 
 /* One step that does not pass t_end. */
 static inline int scene_step(scene *s, double t_end)

@@ -390,7 +390,7 @@ TEST(pin)
     hi[0] = 2.4;
     lo[1] = 0.0;
     hi[1] = 0.7;
-    pd_force_surface(&s->ctx, &t.flow, lo, hi, surface, NULL, NULL);
+    pd_force_surface(&s->ctx, &t.flow, PD_FORCE_ALL, lo, hi, surface, NULL, NULL);
     CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &t.flow, lo, hi, balance));
     NOTE("%d evaluations, flux %.1e, of nodes %.1e, force %.4g (surface) %.4g N (balance)", (int)result.evaluations,
          down / up - 1.0, most, surface[0], balance[0]);

@@ -346,12 +346,12 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
     if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), "a", names, 2, values, 2);
     if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
-    if (status == PD_OK) status = pd_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
-    for (int k = 0; k < 30 && status == PD_OK; k++) status = pd_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
+    if (status == PD_OK) status = pdi_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
+    for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
     for (int twice = 0; twice < 2; twice++) {
         pdi_image_free(ctx, &image);
         pdi_table_free(ctx, &table);
-        pd_pvd_free(ctx, &pvd);
+        pdi_pvd_free(ctx, &pvd);
     }
     empty_folder(path_of("out"));
     return status;

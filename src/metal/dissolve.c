@@ -553,14 +553,7 @@ PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
-{
-    double volume;
-    (void)ctx;
-    return pdi_content_stock(d, &volume);
-}
-
-double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;

@@ -18,13 +18,13 @@
 #include "metal/metal.h"
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
 #ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
@@ -39,15 +39,9 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, doub
 /* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
  * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
 PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-#endif
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
-PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
-PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
-
-#ifdef PDI_INTERNAL
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
 /* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
  * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
  */

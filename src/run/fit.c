@@ -63,7 +63,8 @@ static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, 
     double from, to;
     pd_dims a, b;
     if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
-    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 || !pd_units_same(&a, &b))
+    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 ||
+        !pdi_units_same(&a, &b))
         return pdi_fit_refuse(ctx, range, "bounds of one dimension");
     p->low *= from / to;
     return PD_OK;

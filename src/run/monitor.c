@@ -82,7 +82,8 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (m->seen == effort.flow_solves) return PD_OK;
     m->seen = effort.flow_solves;
     m->count = 0;
-    pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
+    pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
+                     pressure);
     pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
     pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);

@@ -20,7 +20,7 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
                                         const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    if (pd_units_same(found, wanted)) return PD_OK;
+    if (pdi_units_same(found, wanted)) return PD_OK;
     pdi_units_describe(found, is);
     pdi_units_describe(wanted, expected);
     return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
