@@ -197,7 +197,7 @@ pits() {
 }
 
 pits "corrode beside dissolve" 's/\[run/[dissolve] rate = 1 um\/s\n[run/' \
-    "4: corrode: found beside [dissolve], expected one of them: both tell how the metal goes"
+    "4: corrode: found beside [dissolve], expected one of them: each says how the metal goes"
 pits "D beside transport" 's/\[run/[transport] D = 1e-9 m2\/s\n[run/' \
     "4: D: found beside a [transport] section, expected it there"
 water='s/flow = open/flow = noslip/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/'

@@ -330,10 +330,10 @@ BUILD(inlet, pd_inlet)
     return status;
 }
 
-static void pd_coarser_free(pd_ctx *ctx, pd_coarser *twin)
+static void pd_coarser_free(pd_ctx *ctx, pd_coarser *coarser)
 {
     (void)ctx;
-    (void)twin;
+    (void)coarser;
 }
 
 BUILD(coarser, pd_coarser) { return pdi_coarser_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }

@@ -262,7 +262,7 @@ TEST(flat_file)
 }
 #endif
 
-/* The error estimate runs twins. */
+/* The error estimate runs coarser lattices. */
 TEST(error_estimate)
 {
     sweep("estimate", "[grid] h = 1 um  m = 1  box = 0 .. 16 um" ACROSS("0", "8") "\n[side x-] C = 1 mol/m3\n"

@@ -257,7 +257,7 @@ TEST(elements)
     memset(&one, 0, sizeof one);
     memset(&two, 0, sizeof two);
     pd_process p = toy_process("one", &one);
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.inner = 1;
     CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
     p = toy_process("two", &two);

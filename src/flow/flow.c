@@ -525,7 +525,7 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
 }
 
 /* What moving walls do to row r (eq. 3.3), and their acceleration from t - span to t + span (eq. 4.17b). */
-static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
+static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
@@ -543,7 +543,7 @@ static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_w
 /* ---- scales of the problem (eq. 4.5b) ---- */
 
 /* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
-static double pdi_flow_driven(const pd_flow *flow, double force)
+static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 {
     double friction = 6.0 * flow->nu / flow->length;
     return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
@@ -571,8 +571,8 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
         force = fmax(force, most);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
     }
-    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
-    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
+    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
 
@@ -588,7 +588,7 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
 }
 
 /* What moving walls do to all rows. *fastest: their speed [m/s]. */
-static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
+static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
 {
     const pd_bonds *bonds = flow->bonds;
     double drive[PD_DIM], largest = 0.0;
@@ -596,7 +596,7 @@ static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double 
     walls.flow = flow;
     walls.fastest = 0.0;
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_flow_drive_row(flow, r, span, &walls, drive);
+        pdi_flow_move_wall(flow, r, span, &walls, drive);
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
             if (!(fabs(drive[d]) < 1e100)) {
@@ -640,7 +640,7 @@ static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span
     flow->time = t;
     if (flow->clock) *flow->clock = t;
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_drive(ctx, flow, span, &velocity, walls));
+    PDI_TRY(pdi_flow_move_walls(ctx, flow, span, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
     if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;

@@ -76,7 +76,7 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
     return good;
 }
 
-static int pdi_gas_holds(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
+static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 static int pdi_gas_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 
 /* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
@@ -89,9 +89,9 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     /* the mark of a bad node is a density of -1, which no admissible one has */
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (pdi_gas_holds(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
+        if (pdi_gas_has_state(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
     for (int32_t i = 0; i < total && bad < 0; i++)
-        if (pdi_gas_holds(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
+        if (pdi_gas_has_state(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
     return bad;
 }
 
@@ -628,7 +628,7 @@ pd_process pd_gas_process(pd_gas *gas)
     p.elements = 2;
     p.inner = 1;
     p.steps = &gas->steps;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_gas_longest;
     p.attempt = pdi_gas_attempt;
     p.accept = pdi_gas_accept;
@@ -774,7 +774,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     for (int32_t r = 0; r < gas->rows; r++)
         pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
     for (int32_t node = 0; node < total && desc->initial; node++)
-        if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
+        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
 }
 

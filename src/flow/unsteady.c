@@ -296,7 +296,7 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     p.inner = 1;
     p.steps = &un->steps;
     p.start = pdi_unsteady_start;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_unsteady_longest;
     p.attempt = pdi_unsteady_attempt;
     p.accept = pdi_unsteady_accept;

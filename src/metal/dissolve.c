@@ -125,8 +125,8 @@ static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
         if (d->grid->kind[j] != PD_SOLID) continue;
         for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
-        double span = pdi_metal_solid(d, j) - d->desc.saturation;
-        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * span;
+        double supply = pdi_metal_solid(d, j) - d->desc.saturation;
+        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * supply;
     }
 }
 
@@ -140,7 +140,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->solid = kind->law.solid;
         double threshold = pdi_metal_bonds(d) ? d->desc.saturation / kind->solid : d->desc.threshold;
         kind->end = threshold * kind->solid;
-        kind->span = kind->solid * (1.0 - threshold);
+        kind->supply = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
         if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
@@ -269,7 +269,7 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
         pdi_law law;
         double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
         for (int m = 0; m < d->kinds; m++)
-            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].span;
+            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
         pdi_interface_law(d, beside, &law);
         if (pdi_metal_bonds(d)) {
             pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
@@ -398,7 +398,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
             near = fmax(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
-        int found = beside->point.pinned ? pdi_law_hold(&law, need, held, &beside->point)
+        int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
         if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
@@ -509,7 +509,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 /* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
  * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
  * gives it. */
-static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
+static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
     pdi_transport_residual(ctx, t, t->work);
@@ -538,7 +538,7 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     }
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
     pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
-    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
+    if (status >= 0 && status != PD_RETRY) pdi_dissolve_final_speeds(ctx, d, dt);
     t->pinned_count = 0;
     t->forcing = 0.0;
     return pdi_transport_end(ctx, t, dt, status);
@@ -557,7 +557,7 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
-    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_span(d, i);
+    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }

@@ -17,7 +17,7 @@ static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
 }
 
 /* The longest admissible step. */
-static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_dissolving_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolving *q = (pd_dissolving *)self;
     pd_dissolve *d = q->dissolve;
@@ -30,12 +30,12 @@ static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
     double fastest = pdi_dissolve_fastest(ctx, d);
     if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
     s->dt = fmin(s->dt, d->next_dt);
-    return pdi_process_span(ctx, self, s);
+    return pdi_process_longest(ctx, self, s);
 }
 
 static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    PDI_TRY(pdi_dissolving_span(ctx, self, s));
+    PDI_TRY(pdi_dissolving_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
 }
@@ -155,7 +155,7 @@ pd_process pd_dissolving_process(pd_dissolve *dissolve, pd_dissolving *q)
     p.element = pdi_transport_element();
     p.elements = 1;
     p.start = pdi_dissolving_start;
-    p.span = pdi_dissolving_span;
+    p.longest = pdi_dissolving_longest;
     p.limit = pdi_dissolving_limit;
     p.attempt = pdi_dissolving_attempt;
     p.accept = pdi_dissolving_accept;

@@ -202,7 +202,7 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     return pdi_law_pin(law, a, b, p);
 }
 
-PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p)
+PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {
     if (need <= p->ahead + near && need >= p->behind - near) {
         p->speed = fmin(fmax(need, p->behind), p->ahead);

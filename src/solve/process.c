@@ -8,7 +8,7 @@
 
 PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
 
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *s)
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;

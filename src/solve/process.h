@@ -58,7 +58,7 @@ typedef struct pd_process {
     pd_at_fn at;
     /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
      * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
-    pd_status (*span)(pd_ctx *ctx, void *self, pd_step *step);
+    pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
     /* Take a step of step->dt from step->time. PD_RETRY: it is not good enough, `reject` follows. */
@@ -84,8 +84,8 @@ typedef struct pd_process {
 #ifdef PDI_INTERNAL
 /* Equal steps of at most dt [s] over `left` [s]: the length of one. */
 PDI_FN double pdi_process_even(double left, double dt);
-/* A `span`: max_step of the run. */
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *step);
+/* A `longest`: max_step of the run. */
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *step);
 /* One accepted step from step->time that ends at step->end, by step->limit at the latest. Errors and PD_NOT_CONVERGED
  * are those of the process. */
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_step *step);

@@ -9,7 +9,7 @@ static pd_status pdi_euler_start(pd_ctx *ctx, void *self, double t)
 
 static pd_status pdi_euler_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    PDI_TRY(pdi_process_span(ctx, self, s));
+    PDI_TRY(pdi_process_longest(ctx, self, s));
     s->dt = pdi_process_even(s->limit - s->time, s->dt);
     return PD_OK;
 }
