@@ -70,7 +70,7 @@ static double decay(int steps, double rtol, long *taken)
     fill(s);
     for (int n = 0; n < steps; n++)
         if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &advance, 1.0 / steps, &s->result))) return 1.0;
-    if (!steps && !CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 1.0, &s->result))) return 1.0;
+    if (!steps && !CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_advance_process(&advance), 1.0))) return 1.0;
     CHECK_NEAR(advance.time, 1.0, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) error = fmax(error, fabs(s->transport.c[i] - wave(s, i, exp(-rate))));
@@ -148,7 +148,7 @@ TEST(balance_of_a_run)
     advance_desc.rtol = 1e-4;
     if (!advance_build(s)) return;
     for (int n = 1; n <= 4; n++) {
-        CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.01 * n, &s->result));
+        CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_advance_process(&advance), 0.01 * n));
         double stock = pd_transport_stock(&s->ctx, &s->transport) + pd_transport_carried(&s->ctx, &s->transport);
         CHECK_NEAR(stock, advance.in - advance.out, 1e-13 * advance.in);
     }
@@ -177,7 +177,7 @@ TEST(washed_out)
     fill(s);
     for (int32_t i = 0; i < s->grid.total; i++) s->transport.c[i] *= 1e-140;
     for (int n = 0; n < 100 && advance.steps < 1000; n++)
-        if (!CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.1 * n + 0.1, &s->result))) return;
+        if (!CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_advance_process(&advance), 0.1 * n + 0.1))) return;
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) size = fmax(size, fabs(s->transport.c[i]));
     NOTE("%ld steps, %g mol/m3 left", (long)advance.steps, size);
@@ -196,7 +196,7 @@ TEST(bad_descs)
     desc.first = -1.0;
     CHECK_INT((int)pd_advance_build(&s->ctx, &s->transport, &desc, &none), (int)PD_ERR_ARGUMENT);
     CHECK_INT((int)pd_advance_step(&s->ctx, &advance, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_advance_run(&s->ctx, &advance, -1.0, &s->result), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_process_run(&s->ctx, pd_advance_process(&advance), -1.0), (int)PD_ERR_ARGUMENT);
     advance_free(s);
 }
 

@@ -409,7 +409,6 @@ static double fading_error(int n, double *gone)
     scene *s = scene_start(3.0, 1.0 / n, 1.0 / n, 6, 0, n);
     pd_transport transport;
     pd_transport_desc td;
-    pd_transport_result result;
     pd_advance advance;
     pd_advance_desc ad;
     double zero = 3.8317059702075123, x[2], sum = 0.0, weight = 0.0;
@@ -427,7 +426,7 @@ static double fading_error(int n, double *gone)
         if (s->grid.kind[i] == PD_FLUID) transport.c[i] += bessel0(zero * x[1]);
     }
     double start = pd_transport_stock(&s->ctx, &transport);
-    CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.1, &result));
+    CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_advance_process(&advance), 0.1));
     *gone = pd_transport_stock(&s->ctx, &transport) + pd_transport_carried(&s->ctx, &transport) - start;
     CHECK_REL(start, 2.0 * PI * 6.0 / n, 2.0 / (n * n)); /* the volume of rings is that of the tube */
     *gone /= start;

@@ -308,7 +308,7 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
     if (status == PD_OK) status = pd_grid_build(ctx, &stencil, &box, &grid);
     if (status == PD_OK) status = pd_bonds_build(ctx, &stencil, &grid, 0, &bonds);
     if (status == PD_OK) status = pd_gas_build(ctx, &grid, &bonds, &desc, &gas);
-    if (status == PD_OK) status = pd_gas_run(ctx, &gas, 0.5);
+    if (status == PD_OK) status = pd_process_run(ctx, pd_gas_process(&gas), 0.5);
     for (int twice = 0; twice < 2; twice++) {
         pd_gas_free(ctx, &gas);
         pd_bonds_free(ctx, &bonds);

@@ -158,7 +158,7 @@ static pd_status study_pulse_steps(bench *b, val_lab *lab, const pulse_knobs *k,
     memset(&desc, 0, sizeof desc);
     desc.rtol = k->rtol;
     pd_status status = pd_advance_build(b->ctx, &lab->transport, &desc, &advance);
-    if (status >= 0) status = pd_advance_run(b->ctx, &advance, end, &result);
+    if (status >= 0) status = pd_process_run(b->ctx, pd_advance_process(&advance), end);
     p->steps = (double)advance.steps;
     pd_advance_free(b->ctx, &advance);
     return status;

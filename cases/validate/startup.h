@@ -114,7 +114,7 @@ static pd_status startup_implicit_run(val_job *job, int moving)
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_implicit_run(job->ctx, &lab->implicit, startup_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
         startup_note(job, moving, k);
     }
     job->out->steps = (long)lab->implicit.steps;
@@ -128,7 +128,7 @@ static pd_status startup_poiseuille_run(val_job *job) { return startup_implicit_
 static pd_status startup_explicit_times(val_job *job, pd_unsteady *un)
 {
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_unsteady_run(job->ctx, un, startup_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_unsteady_process(un), startup_time[k]));
         startup_note(job, 0, k);
     }
     job->out->steps = (long)un->steps;
@@ -247,7 +247,7 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID) lab->flow.u[i] = 1.0;
     for (int k = 0; k < CHANNEL_TIMES; k++) {
-        PDI_TRY(pd_implicit_run(job->ctx, &lab->implicit, channel_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
         channel_note(job, k, sign);
     }
     job->out->h = lab->grid.h[0];

@@ -624,6 +624,7 @@ pd_process pd_gas_process(pd_gas *gas)
     memset(&p, 0, sizeof p);
     p.name = "gas";
     p.self = gas;
+    p.time = &gas->time;
     p.element = pdi_gas_element;
     p.elements = 2;
     p.inner = 1;
@@ -637,14 +638,6 @@ pd_process pd_gas_process(pd_gas *gas)
     p.store = pdi_gas_archive;
     p.balance = pdi_gas_balance;
     return p;
-}
-
-pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
-{
-    pd_process p = pd_gas_process(gas);
-    if (!(t_end >= gas->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
-    return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)

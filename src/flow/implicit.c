@@ -277,6 +277,7 @@ pd_process pd_implicit_process(pd_implicit *im)
     memset(&p, 0, sizeof p);
     p.name = "flow in time";
     p.self = im;
+    p.time = &im->time;
     p.inner = 1;
     p.steps = &im->steps;
     p.start = pdi_implicit_start;
@@ -290,14 +291,6 @@ pd_process pd_implicit_process(pd_implicit *im)
     p.changed = pdi_implicit_changed;
     p.store = pdi_implicit_store;
     return p;
-}
-
-pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
-{
-    pd_process p = pd_implicit_process(im);
-    if (!(t_end >= im->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
-    return pdi_process_run(ctx, &p, im->time, t_end);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)

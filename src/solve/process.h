@@ -18,7 +18,6 @@ typedef struct pd_step {
     double dt;        /* [s] of the next attempt */
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
-    double shortest;  /* [s] attempts below it are hopeless, as its process sets it in `limit` */
     int trial;        /* attempts before this one */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
@@ -47,6 +46,7 @@ typedef struct pd_amounts {
 typedef struct pd_process {
     const char *name; /* for polls, messages and checkpoints */
     void *self;
+    const double *time; /* [s] where it stands; NULL: it runs with others only */
     const pd_element *element; /* [elements] */
     int elements;
     int inner;            /* 1: a step of the run takes it through steps of its own */
@@ -81,6 +81,12 @@ typedef struct pd_process {
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
 } pd_process;
 
+#define pd_process_run PD_NAME(pd_process_run)
+
+/* Steps of a process alone up to t_end [s]. PD_NOT_CONVERGED: one of them said so. PD_ERR_ARGUMENT: t_end is past, or
+ * the process has no time. */
+PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
+
 #ifdef PDI_INTERNAL
 /* Equal steps of at most dt [s] over `left` [s]: the length of one. */
 PDI_FN double pdi_process_even(double left, double dt);
@@ -89,8 +95,6 @@ PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *step);
 /* One accepted step from step->time that ends at step->end, by step->limit at the latest. Errors and PD_NOT_CONVERGED
  * are those of the process. */
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_step *step);
-/* Steps of a process alone from one time to the other [s]. PD_NOT_CONVERGED: one of them said so. */
-PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *process, double from, double to);
 #endif
 
 #endif

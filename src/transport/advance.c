@@ -254,6 +254,7 @@ pd_process pd_advance_process(pd_advance *a)
     memset(&p, 0, sizeof p);
     p.name = "transport in time";
     p.self = a;
+    p.time = &a->time;
     p.element = pdi_transport_element();
     p.elements = 1;
     p.steps = &a->steps;
@@ -266,16 +267,6 @@ pd_process pd_advance_process(pd_advance *a)
     p.store = pdi_advance_store;
     p.balance = pdi_advance_balance;
     return p;
-}
-
-pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
-{
-    pd_process p = pd_advance_process(a);
-    if (!(t_end >= a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    pd_status status = pdi_process_run(ctx, &p, a->time, t_end);
-    *result = a->result;
-    return status;
 }
 
 void pd_advance_free(pd_ctx *ctx, pd_advance *a)

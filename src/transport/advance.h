@@ -38,19 +38,16 @@ typedef struct pd_advance {
 
 #define pd_advance_build PD_NAME(pd_advance_build)
 #define pd_advance_step PD_NAME(pd_advance_step)
-#define pd_advance_run PD_NAME(pd_advance_run)
 #define pd_advance_process PD_NAME(pd_advance_process)
 #define pd_advance_free PD_NAME(pd_advance_free)
 
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
 PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
                                   pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
- * stopped above its tolerance; what is missing is in the carry of transport. */
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and in runs: a linear
+ * solver stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
-PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
-/* The transport as a part of a run, for pd_couple_add: by such steps. */
+/* The transport as a process, by steps of controlled error. PD_ERR_STATE: the error does not fall with the step. */
 PD_API pd_process pd_advance_process(pd_advance *advance);
 PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
 
