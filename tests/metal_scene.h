@@ -163,7 +163,6 @@ static inline void half_space(scene *s, double at)
 #define PENCIL_D 8.5e-10         /* [m2/s] */
 #define PENCIL_LAMBDA 0.13515753 /* [-] sqrt(pi) l exp(l^2) erf(l) = Csat/(Cs - Csat), Cs = 143 M, Csat = 5.1 M */
 #define PENCIL_START 8e-6        /* [m] depth at which the run starts, on the closed form */
-#define PENCIL_10S 24.9218e-6    /* [m] depth at 10 s (closed form; pencil304_stefan.csv) */
 
 static inline uint32_t next_random(uint32_t *state)
 {
