@@ -274,12 +274,12 @@ BUILD(transport, pd_transport)
     return pd_transport_build(ctx, &l->pin.grid, &l->bonds, &l->flow, &d, o);
 }
 
-BUILD(advance, pd_advance)
+BUILD(two_stage, pd_two_stage)
 {
-    pd_advance_desc d;
+    pd_two_stage_desc d;
     memset(&d, 0, sizeof d);
     d.rtol = l->wrong ? -1.0 : 0.0;
-    return pd_advance_build(ctx, &l->pin.transport, &d, o);
+    return pd_two_stage_build(ctx, &l->pin.transport, &d, o);
 }
 
 BUILD(dissolve, pd_dissolve)
@@ -404,7 +404,7 @@ static const entry builds[] = {
     ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
     ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
-    ROW(advance, pd_advance, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)

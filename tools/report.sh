@@ -80,7 +80,7 @@ rows() {
 }
 # In the order of the cases of the report.
 names() {
-    if [ $kind = stability ]; then printf '%s\n' transport unsteady gas advance implicit
+    if [ $kind = stability ]; then printf '%s\n' transport unsteady gas two_stage implicit
     elif [ $kind = validation ]; then rows | sed 's/^[^[]*\[\([a-z0-9_]*\), .*/\1/' | awk '!seen[$0]++'
     else printf '%s\n' counts scenes study kernels csr scaling triad; fi
 }

@@ -5,7 +5,7 @@
 #include "flow/quasi_steady.h"
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
-#include "transport/advance.h"
+#include "transport/two_stage.h"
 #include "metal/dissolving.h"
 #include "run/inlet.h"
 #include "run/wall.h"
@@ -25,7 +25,7 @@ typedef struct pd_model {
     pd_unsteady unsteady;
     pd_gas gas;
     pd_transport transport;
-    pd_advance advance;   /* without dissolution */
+    pd_two_stage two_stage;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
