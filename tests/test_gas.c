@@ -458,10 +458,10 @@ TEST(goes_on_from_a_file)
     if (!CHECK_OK(&a.ctx, scene_build(&a, &u)) || !CHECK_OK(&b.ctx, scene_build(&b, &u))) return;
     CHECK_OK(&a.ctx, pd_process_run(&a.ctx, pd_gas_process(&a.gas), 0.1));
     CHECK_OK(&a.ctx, pd_store_create(&a.ctx, path, &store));
-    CHECK_OK(&a.ctx, pd_gas_store(&a.ctx, &a.gas, &store.archive));
+    CHECK_OK(&a.ctx, pd_gas_process(&a.gas).store(&a.ctx, &a.gas, &store.archive));
     CHECK_OK(&a.ctx, pd_store_close(&a.ctx, &store));
     CHECK_OK(&b.ctx, pd_store_open(&b.ctx, path, &store));
-    CHECK_OK(&b.ctx, pd_gas_store(&b.ctx, &b.gas, &store.archive));
+    CHECK_OK(&b.ctx, pd_gas_process(&b.gas).store(&b.ctx, &b.gas, &store.archive));
     CHECK_OK(&b.ctx, pd_store_close(&b.ctx, &store));
     remove(path);
     CHECK_OK(&a.ctx, pd_process_run(&a.ctx, pd_gas_process(&a.gas), 0.2));

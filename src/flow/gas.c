@@ -601,9 +601,12 @@ static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     s->time, s->limit);
 }
 
-static pd_status pdi_gas_archive(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    return pd_gas_store(ctx, (pd_gas *)self, archive);
+    pd_gas *gas = (pd_gas *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
+    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
@@ -635,7 +638,7 @@ pd_process pd_gas_process(pd_gas *gas)
     p.accept = pdi_gas_accept;
     p.reject = pdi_gas_again;
     p.stuck = pdi_gas_stuck;
-    p.store = pdi_gas_archive;
+    p.store = pdi_gas_store;
     p.balance = pdi_gas_balance;
     return p;
 }
@@ -776,13 +779,6 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
     if (status < 0) pd_gas_free(ctx, gas);
     return status;
-}
-
-pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
-    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
-    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
