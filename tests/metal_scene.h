@@ -3,7 +3,7 @@
 #define METAL_SCENE_H
 #include "couple/couple.h"
 #include "metal/content.h"
-#include "metal/dissolving.h"
+#include "metal/dissolve.h"
 #include "test.h"
 
 #define CS 143e3     /* [mol/m3] */
@@ -23,7 +23,6 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve_desc desc;
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     pd_couple_desc couple_desc;
     pd_couple couple;
     double bulk; /* [mol/m3] held on open sides: walls of the grid */
@@ -89,7 +88,7 @@ static pd_status scene_physics(scene *s)
         status = pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve);
     if (status == PD_OK) status = pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
     if (status == PD_OK)
-        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving));
+        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve));
     return status;
 }
 

@@ -519,7 +519,6 @@ static double shrink(int ball, int ratio, double *ledger)
     pd_transport transport;
     pd_transport_desc td;
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     pd_dissolve_desc dd;
     pd_couple couple;
     pd_couple_desc cd;
@@ -538,7 +537,7 @@ static double shrink(int ball, int ratio, double *ledger)
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
         !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &transport, &dd, &dissolve)) ||
         !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
-        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolving_process(&dissolve, &dissolving))) ||
+        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolve_process(&dissolve))) ||
         !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple)))
         return HUGE_VAL;
     double start = couple.ledger[0].start / cs;

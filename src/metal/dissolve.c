@@ -26,6 +26,13 @@
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
 
+/* Share of `fraction` that the course of a law within a step may cost. */
+#define PDI_DISSOLVE_EXACT 0.04
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
+#define PDI_DISSOLVE_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
+#define PDI_DISSOLVE_SHORTEST 1e-9
+
 /* ---- build ---- */
 
 static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *desc, const pd_metal *metal)
@@ -102,6 +109,11 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, next_dt, "s");
     PDI_VALUE(owner, dissolve, last_dt, "s");
     PDI_VALUE(owner, dissolve, turned, "1");
+    PDI_VALUE(owner, dissolve, out, "mol");
+    PDI_VALUE(owner, dissolve, in, "mol");
+    PDI_VALUE(owner, dissolve, krylov, "1");
+    PDI_VALUE(owner, dissolve, result.limiter, "1");
+    PDI_VALUE(owner, dissolve, result.change, "1");
 }
 
 PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
@@ -261,7 +273,10 @@ static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double 
     if (most > least) *taken = fmax(*taken, share * most);
 }
 
-PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
+/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
+ * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
+ */
+static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
 {
     *error = *taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
@@ -544,7 +559,9 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
+ * change; bonds, flow and transport are the caller's to update with d->changed). */
+static pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -561,6 +578,155 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
+
+/* ---- the process ---- */
+
+PDI_COLD_BEGIN
+static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
+}
+
+/* The longest admissible step. */
+static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->most = PDI_DISSOLVE_EXCESS * s->fraction;
+    d->rtol = s->rtol;
+    d->lost = s->lost;
+    d->time = s->time;
+    d->longest = 0.0;
+    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    double fastest = pdi_dissolve_fastest(ctx, d);
+    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
+    s->dt = fmin(s->dt, d->next_dt);
+    return pdi_process_longest(ctx, self, s);
+}
+
+static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    PDI_TRY(pdi_dissolve_longest(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    return PD_OK;
+}
+
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    double end = s->time + s->dt;
+    s->error = pdi_dissolve_shorten(d, s);
+    if (s->error < 1.0) return PD_RETRY;
+    if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
+        d->time = s->time + 0.5 * s->dt;
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    }
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
+    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
+    d->krylov += status < 0 ? 0 : d->result.krylov;
+    d->longest = fmax(d->longest, s->dt);
+    return status;
+}
+
+static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    double left = s->limit - s->time;
+    if (s->error < 1.0) {
+        s->dt = pdi_process_even(left, s->dt * s->error);
+        return PD_OK;
+    }
+    if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "dissolve",
+                        "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
+                        "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
+                        s->time, s->dt, d->most);
+    s->dt = pdi_process_even(left, d->retry_dt);
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->out += s->dt * d->transport->outflow;
+    d->in += s->dt * d->transport->inflow;
+    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    d->out += d->rinsed;
+    s->turned = d->changed;
+    s->turned_count = d->changed_count;
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    (void)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
+                    "small, or the metal dissolves too fast", s->dt, s->time, s->limit, s->fraction, s->max_step);
+}
+
+static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    PDI_TRY(pd_transport_update(ctx, d->transport));
+    if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->reached = 0; /* films may be read */
+    PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
+    return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
+}
+
+static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    (void)k;
+    double volume;
+    a->solid += pdi_content_stock(d, &volume);
+    a->volume += volume;
+    a->dissolved += pd_transport_stock(ctx, d->transport);
+    a->carry += pd_transport_carried(ctx, d->transport);
+    a->out += d->out;
+    a->in += d->in;
+}
+
+pd_process pd_dissolve_process(pd_dissolve *d)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "dissolution";
+    p.self = d;
+    p.element = pdi_transport_element();
+    p.elements = 1;
+    p.start = pdi_dissolve_start;
+    p.longest = pdi_dissolve_longest;
+    p.limit = pdi_dissolve_limit;
+    p.attempt = pdi_dissolve_attempt;
+    p.accept = pdi_dissolve_accept;
+    p.reject = pdi_dissolve_reject;
+    p.stuck = pdi_dissolve_stuck;
+    p.changed = pdi_dissolve_changed;
+    p.store = pdi_dissolve_store;
+    p.balance = pdi_dissolve_balance;
+    return p;
+}
+PDI_COLD_END
 
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {

@@ -107,6 +107,11 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double rinsed;            /* [mol] activation: what is gone in the last step */
+    /* ---- a run: */
+    pd_transport_result result; /* of the last step */
+    double longest;           /* [s] attempt at the step at hand */
+    double out, in;           /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
+    int64_t krylov;
 } pd_dissolve;
 
 #ifdef PDI_INTERNAL

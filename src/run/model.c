@@ -333,11 +333,11 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
 {
     const pd_setup *u = m->setup;
     int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
-    const pd_transport_result *r = u->has_dissolve ? &m->dissolving.result : &m->two_stage.result;
+    const pd_transport_result *r = u->has_dissolve ? &m->dissolve.result : &m->two_stage.result;
     e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
     e->flow_krylov = m->quasi.krylov;
-    e->transport_krylov = u->has_dissolve ? m->dissolving.krylov : m->two_stage.krylov;
+    e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
     e->limiter = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
@@ -357,7 +357,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
         PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
-    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
+    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     return PD_OK;
 }

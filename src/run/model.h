@@ -6,7 +6,7 @@
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
 #include "transport/two_stage.h"
-#include "metal/dissolving.h"
+#include "metal/dissolve.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 
@@ -30,7 +30,6 @@ typedef struct pd_model {
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;
