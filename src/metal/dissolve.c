@@ -26,13 +26,6 @@
 /* Share of the first residual that a stage leaves while the law still changes (Eisenstat and Walker 1996). */
 #define PDI_DISSOLVE_FORCING 1e-3
 
-/* Share of `fraction` that the course of a law within a step may cost. */
-#define PDI_DISSOLVE_EXACT 0.04
-/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
-#define PDI_DISSOLVE_EXCESS 2.0
-/* A step that is below this share of the wanted one has failed. */
-#define PDI_DISSOLVE_SHORTEST 1e-9
-
 /* ---- build ---- */
 
 static pd_status pdi_dissolve_check_metal(pd_ctx *ctx, const pd_dissolve_desc *desc, const pd_metal *metal)
@@ -580,6 +573,13 @@ PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 }
 
 /* ---- the process ---- */
+
+/* Share of `fraction` that the course of a law within a step may cost. */
+#define PDI_DISSOLVE_EXACT 0.04
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
+#define PDI_DISSOLVE_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
+#define PDI_DISSOLVE_SHORTEST 1e-9
 
 PDI_COLD_BEGIN
 static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
