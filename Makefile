@@ -224,7 +224,7 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
 	    -o $$@ $$(LIBS)
 
-$$(BUILD)/check/pd$(1)d: drivers/scene.c cases/common.h pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
+$$(BUILD)/check/pd$(1)d: drivers/scene.c pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
@@ -232,7 +232,7 @@ $$(BUILD)/check/pd$(1)d: drivers/scene.c cases/common.h pdcorr.h $$(OBJECTS_$(1)
 $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
 
-$$(BUILD)/pd$(1)d: drivers/scene.c cases/common.h $$(BUILD)/pdcorr$(1)d.o
+$$(BUILD)/pd$(1)d: drivers/scene.c $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c $$(CASES) $$(BUILD)/pdcorr$(1)d.o

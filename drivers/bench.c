@@ -24,14 +24,6 @@
 #include "cases/validate/cases.h"
 #include "cases/bench/cases.h"
 
-typedef struct options {
-    const char *program, *out, *scenes;
-    int wanted[BENCH_CASE_COUNT]; /* cases named on the command line */
-    int named, threads, n;
-    double m;
-    int quick, quiet, list, help;
-} options;
-
 static char lines[BENCH_LINES][BENCH_LINE];
 static bench state;
 
@@ -52,47 +44,7 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
-
-static int parse_name(const char *name, options *o)
-{
-    for (int k = 0; k < BENCH_CASE_COUNT; k++)
-        if (strcmp(bench_cases[k]->name, name) == 0) return o->wanted[k] = o->named = 1;
-    return 0;
-}
-
-static int parse(int argc, char **argv, options *o)
-{
-    memset(o, 0, sizeof *o);
-    o->program = program_name(argv[0]);
-    o->scenes = "examples/scenes";
-    o->threads = 2;
-    for (int k = 1; k < argc; k++) {
-        const char *a = argv[k];
-        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
-        else if (strcmp(a, "--list") == 0) o->list = 1;
-        else if (strcmp(a, "--quick") == 0) o->quick = 1;
-        else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
-        else if (strcmp(a, "--out") == 0) {
-            o->out = value_of(argc, argv, &k);
-            if (!o->out[0]) return usage(o, "--out expects a folder", "");
-        } else if (strcmp(a, "--scenes") == 0) {
-            o->scenes = value_of(argc, argv, &k);
-            if (!o->scenes[0]) return usage(o, "--scenes expects a folder", "");
-        } else if (strcmp(a, "--threads") == 0) {
-            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
-                return usage(o, "--threads expects a number from 0 to 1024", "");
-        } else if (strncmp(a, "m=", 2) == 0) {
-            if (!parse_number(a + 2, 1.0, 12.0, &o->m)) return usage(o, "m expects a number from 1 to 12, found ", a);
-        } else if (strncmp(a, "n=", 2) == 0) {
-            if (!parse_whole(a + 2, 12.0, 1e7, &o->n))
-                return usage(o, "n expects a whole number of at least 12, found ", a);
-        } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
-        else if (strchr(a, '=')) return usage(o, "unknown key (m and n can be set): ", a);
-        else if (!parse_name(a, o)) return usage(o, "no case has the name (--list prints them) ", a);
-    }
-    return 0;
-}
+static const char *name_of(int number) { return number < BENCH_CASE_COUNT ? bench_cases[number]->name : NULL; }
 
 /* goals_NAME_2d.md: rows of the summary. */
 static pd_status write_goals(bench *b, int first)
@@ -141,38 +93,45 @@ static pd_status run_case(bench *b, const bench_case *c)
     return b->out ? run_section(b) : c->run(b);
 }
 
-static int act(int argc, char **argv)
+static int act(int argc, char **argv, options *o)
 {
-    options o;
+    static const usage taken = {name_of, "--scenes --threads m= n=", 12.0};
     pd_ctx ctx;
-    int status = parse(argc, argv, &o);
+    o->scenes = "examples/scenes";
+    o->threads = 2;
+    int status = parse(argc, argv, &taken, o);
     if (status) return status;
-    if (o.help) help(o.program);
-    for (int k = 0; k < BENCH_CASE_COUNT && o.list; k++)
+    if (o->help) help(o->program);
+    for (int k = 0; k < BENCH_CASE_COUNT && o->list; k++)
         printf("%-10s %s\n", bench_cases[k]->name, bench_cases[k]->title);
-    if (o.help || o.list) return 0;
+    if (o->help || o->list) return 0;
     calm_threads(argv);
     pd_ctx_init(&ctx);
-    ctx.threads = o.threads;
+    ctx.threads = o->threads;
     bench *b = &state;
     b->ctx = &ctx;
     b->line = lines;
-    b->scenes = o.scenes;
-    b->out = o.out;
-    b->quick = o.quick;
-    b->quiet = o.quiet;
-    b->n = o.n;
-    b->m = o.m;
+    b->scenes = o->scenes;
+    b->out = o->out;
+    b->quick = o->quick;
+    b->quiet = o->quiet;
+    b->n = o->n;
+    b->m = o->m;
     b->threads = pdi_par_offered(&ctx, INT64_MAX);
     b->share = 1.0;
     pd_status done = b->out ? pd_file_make_directory(&ctx, b->out) : PD_OK;
     for (int k = 0; k < BENCH_CASE_COUNT && done >= 0; k++)
-        if (!o.named || o.wanted[k]) done = run_case(b, bench_cases[k]);
+        if (!o->named || o->wanted[k]) done = run_case(b, bench_cases[k]);
     if (!b->quiet) printf("\n");
     for (int k = 0; k < b->lines; k++) printf("%s\n", lines[k]);
     if (done >= 0) return 0;
-    fprintf(stderr, "%s: %s\n", o.program, ctx.message);
+    fprintf(stderr, "%s: %s\n", o->program, ctx.message);
     return 1;
 }
 
-int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }
+int main(int argc, char **argv)
+{
+    options o;
+    memset(&o, 0, sizeof o);
+    return ended(&o, act(argc, argv, &o));
+}

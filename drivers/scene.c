@@ -23,8 +23,6 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "cases/common.h"
-
 #define CHECKPOINT_EVERY 600.0 /* [s] unless --checkpoint says otherwise */
 
 enum { MAX_OVERRIDES = 64 };
@@ -48,6 +46,38 @@ typedef struct screen {
     int open; /* a progress line stands without its newline */
 } screen;
 
+/* ---- clocks, memory, numbers ---- */
+
+/* [s] */
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
+}
+
+/* [MB] at most, since the program started. */
+static double peak_memory(void)
+{
+    struct rusage use;
+#ifdef __APPLE__
+    const double unit = 1048576.0;
+#else
+    const double unit = 1024.0;
+#endif
+    return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_maxrss / unit : 0.0;
+}
+
+/* A number within [lo, hi] and nothing behind it. */
+static int parse_number(const char *text, double lo, double hi, double *value)
+{
+    char *end;
+    if (!*text) return 0;
+    *value = strtod(text, &end);
+    return !*end && *value >= lo && *value <= hi;
+}
+
+/* ---- signals ---- */
+
 /* A signal this soon after the first is the same one, sent twice: to the program and its group, as timeout(1) does. */
 #define ECHO 1.0 /* [s] */
 
@@ -57,8 +87,8 @@ static volatile sig_atomic_t interrupted;
 static void on_interrupt(int number)
 {
     static double first;
-    if (!interrupted) first = wall_seconds();
-    else if (wall_seconds() - first > ECHO) {
+    if (!interrupted) first = seconds(CLOCK_MONOTONIC);
+    else if (seconds(CLOCK_MONOTONIC) - first > ECHO) {
         signal(number, SIG_DFL);
         raise(number);
     }
@@ -94,7 +124,7 @@ static void sweep_tell(const pd_sweep *sweep, int index, int status)
 {
     char label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
     pd_sweep_label(sweep, index, label, sizeof label);
-    printf("%s: %s\n", label, status == 0 ? "done" : status == 3 ? "stopped" : "failed, sweep.csv tells why");
+    printf("%s: %s\n", label, status == 0 ? "done" : status == 3 ? "stopped" : "failed, see sweep.csv");
     fflush(stdout);
 }
 
@@ -217,7 +247,7 @@ static void help(const char *program)
            "                 for example 2GB or 500 MB: a run that needs more ends with a message\n"
            "  --sweep \"key=value, value, ... unit\"\n"
            "                 run the scene for each value, side by side on the threads, each into a folder of its own\n"
-           "                 (run001, ...); several give all combinations; sweep.csv and sweep.png tell of all\n"
+           "                 (run001, ...); several give all combinations; sweep.csv and sweep.png hold all\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
            "                 --resume would be refused for; run and write nothing\n\n"
@@ -228,7 +258,14 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
+static int usage(const options *o, const char *what, const char *found)
+{
+    fprintf(stderr, "%s: %s%s; see %s --help\n", o->program, what, found, o->program);
+    return 2;
+}
+
+/* The text behind an option that takes one; "" when there is none. */
+static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : ""; }
 
 /* "1%", "0.1 %" or "0.01" */
 static int parse_share(const char *text, double *value)
@@ -260,7 +297,9 @@ static int parse_checkpoint(const char *text, options *o)
     if (pd_units_parse(&quiet, unit, &scale, &found) < 0) return 0;
     pd_units_parse(&quiet, "s", NULL, &time);
     o->checkpoint_every *= scale;
-    return pd_units_same(&found, &time) && o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
+    for (int k = 0; k < 6; k++)
+        if (fabs(found.e[k] - time.e[k]) > 1e-9) return 0;
+    return o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
 }
 
 /* "2GB", "1.5 GiB", "500 MB"; a number alone counts bytes. */
@@ -288,7 +327,7 @@ static int parse(int argc, char **argv, options *o)
     memset(o, 0, sizeof *o);
     o->checkpoints = 1;
     o->checkpoint_every = CHECKPOINT_EVERY;
-    o->program = program_name(argv[0]);
+    o->program = strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : argv[0];
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
@@ -316,8 +355,10 @@ static int parse(int argc, char **argv, options *o)
             o->data = value_of(argc, argv, &k);
             if (!o->data[0]) return usage(o, "--to expects a file of measured points", "");
         } else if (strcmp(a, "--threads") == 0) {
-            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
+            double threads;
+            if (!parse_number(value_of(argc, argv, &k), 0.0, 1024.0, &threads) || threads != floor(threads))
                 return usage(o, "--threads expects a number from 0 to 1024", "");
+            o->threads = (int)threads;
         } else if (strcmp(a, "--memory-limit") == 0) {
             if (!parse_memory(value_of(argc, argv, &k), &o->memory))
                 return usage(o, "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB", "");
@@ -398,7 +439,7 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     char line[1024];
     pd_run_desc desc;
     pd_run_result result;
-    double wall = wall_seconds();
+    double wall = seconds(CLOCK_MONOTONIC);
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
     desc.check = o->check;
@@ -415,8 +456,8 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     end_progress(s);
     if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     pd_run_line(&result, line, sizeof line);
-    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
-           cpu_seconds(), peak_rss_mb(), result.threads);
+    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, seconds(CLOCK_MONOTONIC) - wall,
+           seconds(CLOCK_PROCESS_CPUTIME_ID), peak_memory(), result.threads);
     fflush(stdout);
     if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; %s", result.time,
@@ -504,33 +545,56 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     return status;
 }
 
-static int act(int argc, char **argv)
+/* Threads that wait for others spin for the time of a waking up and then sleep. A runtime that spins on keeps the
+ * processor from what they wait for as soon as another program runs beside: tens of times the wall time. It reads its
+ * environment before main, so the program starts itself once more, unless the caller has chosen. 1000 turns are those
+ * that libgomp takes where it knows of too few processors; other runtimes follow the policy. */
+static void calm_threads(char **argv)
 {
-    options o;
+#ifdef _OPENMP
+    if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
+    if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "1000", 1) == 0)
+        execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
+#else
+    (void)argv;
+#endif
+}
+
+static int act(int argc, char **argv, options *o)
+{
     screen s;
     pd_ctx ctx;
     pd_setup setup;
-    int status = parse(argc, argv, &o);
+    int status = parse(argc, argv, o);
     if (status) return status;
-    if (o.help) {
-        help(o.program);
+    if (o->help) {
+        help(o->program);
         return 0;
     }
-    if (o.threads != 1) calm_threads(argv);
+    if (o->threads != 1) calm_threads(argv);
     memset(&s, 0, sizeof s);
-    s.quiet = o.quiet;
-    s.terminal = !o.quiet && isatty(2);
+    s.quiet = o->quiet;
+    s.terminal = !o->quiet && isatty(2);
     pd_ctx_init(&ctx);
-    ctx.threads = o.threads;
+    ctx.threads = o->threads;
     ctx.poll = is_interrupted_within;
-    ctx.alloc.limit = (size_t)o.memory;
-    if (o.sweep_count) return sweep(&o, &ctx, &s);
+    ctx.alloc.limit = (size_t)o->memory;
+    if (o->sweep_count) return sweep(o, &ctx, &s);
     catch_signals();
-    status = read_scene(&o, &ctx, &setup, &s);
+    status = read_scene(o, &ctx, &setup, &s);
     if (status) return status;
-    status = run(&o, &ctx, &setup, &s);
+    status = run(o, &ctx, &setup, &s);
     pd_setup_free(&ctx, &setup);
     return status;
 }
 
-int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }
+/* A program whose lines did not arrive has failed. */
+int main(int argc, char **argv)
+{
+    options o;
+    int status = act(argc, argv, &o);
+    int lost = fflush(stdout) != 0;
+    if (!ferror(stdout) && !lost) return status;
+    fprintf(stderr, "%s: lines of the standard output are lost: it is closed or full\n", o.program);
+    return status ? status : 1;
+}

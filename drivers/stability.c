@@ -29,12 +29,6 @@
 enum { STAB_RATIOS = 4, STAB_ROOM = 16 };
 static const double ratios[STAB_RATIOS] = {2.0, 3.0, 4.0, 5.0};
 
-typedef struct options {
-    const char *program, *out;
-    int wanted[STAB_CASE_COUNT];
-    int named, quick, check, quiet, list, help;
-} options;
-
 /* The results of one case: a row for each m and abscissa. */
 typedef struct map {
     stab_point point[STAB_RATIOS][STAB_ROOM];
@@ -60,29 +54,7 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int parse(int argc, char **argv, options *o)
-{
-    memset(o, 0, sizeof *o);
-    o->program = program_name(argv[0]);
-    for (int k = 1; k < argc; k++) {
-        const char *a = argv[k];
-        int known = 0;
-        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = known = 1;
-        else if (strcmp(a, "--list") == 0) o->list = known = 1;
-        else if (strcmp(a, "--quick") == 0) o->quick = known = 1;
-        else if (strcmp(a, "--check") == 0) o->check = known = 1;
-        else if (strcmp(a, "--quiet") == 0) o->quiet = known = 1;
-        else if (strcmp(a, "--out") == 0) {
-            o->out = value_of(argc, argv, &k);
-            if (!o->out[0]) return usage_error(o->program, "--out expects a folder", "");
-            known = 1;
-        } else if (a[0] == '-') return usage_error(o->program, "unknown option ", a);
-        for (int c = 0; c < STAB_CASE_COUNT; c++)
-            if (strcmp(stab_cases[c].name, a) == 0) o->wanted[c] = o->named = known = 1;
-        if (!known) return usage_error(o->program, "no case has the name (--list prints them) ", a);
-    }
-    return 0;
-}
+static const char *name_of(int number) { return number < STAB_CASE_COUNT ? stab_cases[number].name : NULL; }
 
 /* The limit that the step of a case is there for. */
 static double limit_of(const stab_point *p) { return p->bounded > 0.0 ? p->bounded : p->stable; }
@@ -270,18 +242,23 @@ static int run(const options *o, pd_ctx *ctx)
     return o->check && bad;
 }
 
-static int act(int argc, char **argv)
+static int act(int argc, char **argv, options *o)
 {
-    options o;
+    static const usage taken = {name_of, "--check", 0.0};
     pd_ctx ctx;
-    int status = parse(argc, argv, &o);
+    int status = parse(argc, argv, &taken, o);
     if (status) return status;
-    if (o.help) help(o.program);
-    for (int c = 0; c < STAB_CASE_COUNT && o.list; c++) printf("%-12s %s\n", stab_cases[c].name, stab_cases[c].title);
-    if (o.help || o.list) return 0;
+    if (o->help) help(o->program);
+    for (int c = 0; c < STAB_CASE_COUNT && o->list; c++) printf("%-12s %s\n", stab_cases[c].name, stab_cases[c].title);
+    if (o->help || o->list) return 0;
     calm_threads(argv);
     pd_ctx_init(&ctx);
-    return run(&o, &ctx);
+    return run(o, &ctx);
 }
 
-int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }
+int main(int argc, char **argv)
+{
+    options o;
+    memset(&o, 0, sizeof o);
+    return ended(&o, act(argc, argv, &o));
+}

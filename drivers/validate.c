@@ -26,14 +26,6 @@
 
 enum { MAX_RESULTS = 96 };
 
-typedef struct options {
-    const char *program, *out;
-    int wanted[VAL_CASE_COUNT]; /* cases named on the command line */
-    int named, threads, n;
-    double m;
-    int quick, check, quiet, list, help;
-} options;
-
 static val_result results[MAX_RESULTS];
 static val_lab lab;
 
@@ -54,42 +46,7 @@ static void help(const char *program)
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
 }
 
-static int usage(const options *o, const char *what, const char *found) { return usage_error(o->program, what, found); }
-
-static int parse_name(const char *name, options *o)
-{
-    for (int k = 0; k < VAL_CASE_COUNT; k++)
-        if (strcmp(val_cases[k]->name, name) == 0) return o->wanted[k] = o->named = 1;
-    return 0;
-}
-
-static int parse(int argc, char **argv, options *o)
-{
-    memset(o, 0, sizeof *o);
-    o->program = program_name(argv[0]);
-    for (int k = 1; k < argc; k++) {
-        const char *a = argv[k];
-        if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
-        else if (strcmp(a, "--list") == 0) o->list = 1;
-        else if (strcmp(a, "--quick") == 0) o->quick = 1;
-        else if (strcmp(a, "--check") == 0) o->check = 1;
-        else if (strcmp(a, "--quiet") == 0) o->quiet = 1;
-        else if (strcmp(a, "--out") == 0) {
-            o->out = value_of(argc, argv, &k);
-            if (!o->out[0]) return usage(o, "--out expects a folder", "");
-        } else if (strcmp(a, "--threads") == 0) {
-            if (!parse_whole(value_of(argc, argv, &k), 0.0, 1024.0, &o->threads))
-                return usage(o, "--threads expects a number from 0 to 1024", "");
-        } else if (strncmp(a, "m=", 2) == 0) {
-            if (!parse_number(a + 2, 1.0, 12.0, &o->m)) return usage(o, "m expects a number from 1 to 12, found ", a);
-        } else if (strncmp(a, "n=", 2) == 0) {
-            if (!parse_whole(a + 2, 1.0, 1e6, &o->n)) return usage(o, "n expects a whole number, found ", a);
-        } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
-        else if (strchr(a, '=')) return usage(o, "unknown key (m and n can be set): ", a);
-        else if (!parse_name(a, o)) return usage(o, "no case has the name (--list prints them) ", a);
-    }
-    return 0;
-}
+static const char *name_of(int number) { return number < VAL_CASE_COUNT ? val_cases[number]->name : NULL; }
 
 /* The levels that the options ask for. */
 static void choose_levels(const options *o, val_result *r)
@@ -186,19 +143,24 @@ static int run(const options *o, pd_ctx *ctx)
     return t.failed || (o->check && (t.missed || t.unjudged));
 }
 
-static int act(int argc, char **argv)
+static int act(int argc, char **argv, options *o)
 {
-    options o;
+    static const usage taken = {name_of, "--check --threads m= n=", 1.0};
     pd_ctx ctx;
-    int status = parse(argc, argv, &o);
+    int status = parse(argc, argv, &taken, o);
     if (status) return status;
-    if (o.help) help(o.program);
-    for (int k = 0; k < VAL_CASE_COUNT && o.list; k++) printf("%-12s %s\n", val_cases[k]->name, val_cases[k]->title);
-    if (o.help || o.list) return 0;
+    if (o->help) help(o->program);
+    for (int k = 0; k < VAL_CASE_COUNT && o->list; k++) printf("%-12s %s\n", val_cases[k]->name, val_cases[k]->title);
+    if (o->help || o->list) return 0;
     calm_threads(argv);
     pd_ctx_init(&ctx);
-    ctx.threads = o.threads;
-    return run(&o, &ctx);
+    ctx.threads = o->threads;
+    return run(o, &ctx);
 }
 
-int main(int argc, char **argv) { return ended(program_name(argv[0]), act(argc, argv)); }
+int main(int argc, char **argv)
+{
+    options o;
+    memset(&o, 0, sizeof o);
+    return ended(&o, act(argc, argv, &o));
+}

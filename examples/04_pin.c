@@ -67,7 +67,6 @@ int main(void)
     pd_transport transport;
     pd_dissolve dissolve;
     pd_quasi_steady quasi;
-    pd_dissolving dissolving;
     pd_couple couple;
     pd_shape pin;
     pd_material metal;
@@ -121,7 +120,7 @@ int main(void)
 
     must(pd_couple_build(&ctx, &cd, &grid, &bonds, &couple));
     must(pd_couple_add(&ctx, &couple, pd_quasi_steady_process(&flow, &steady, &quasi)));
-    must(pd_couple_add(&ctx, &couple, pd_dissolving_process(&dissolve, &dissolving)));
+    must(pd_couple_add(&ctx, &couple, pd_dissolve_process(&dissolve)));
     must(pd_couple_start(&ctx, &couple));
     printf("amounts in mol per metre of depth\n"
            "  t [h]  steps  loss %%   solid       dissolved   out         imbalance  flow solves\n");

@@ -94,7 +94,7 @@ static double solve(int cells, double m, double *x, double *rho, double *right)
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));
     must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));
     must(pd_gas_build(&ctx, &grid, &bonds, &ad, &gas));
-    must(pd_gas_run(&ctx, &gas, END));
+    must(pd_process_run(&ctx, pd_gas_process(&gas), END));
     for (int32_t i = 0; i < grid.total; i++) {
         if (grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&grid, i, &x[count]);

@@ -197,7 +197,7 @@ pits() {
 }
 
 pits "corrode beside dissolve" 's/\[run/[dissolve] rate = 1 um\/s\n[run/' \
-    "4: corrode: found beside [dissolve], expected one of them: both tell how the metal goes"
+    "4: corrode: found beside [dissolve], expected one of them: each says how the metal goes"
 pits "D beside transport" 's/\[run/[transport] D = 1e-9 m2\/s\n[run/' \
     "4: D: found beside a [transport] section, expected it there"
 water='s/flow = open/flow = noslip/;s/\[run/[flow] rho = 1 g\/cm3   mu = 1 mPa s\n[run/'
@@ -321,7 +321,7 @@ rejects "unknown label" \
 base > bad.scene
 for time in 10 "10 m" "-1 s" s "" never; do
     rejects "checkpoint '$time'" \
-        "--checkpoint expects a time such as 10min or 0 s, or off; pd2d --help tells the usage" --checkpoint "$time"
+        "--checkpoint expects a time such as 10min or 0 s, or off; see pd2d --help" --checkpoint "$time"
 done
 rejects "check and resume" "file: cannot open 'out/checkpoint.bin': No such file or directory" --quiet --check --resume
 rejects "nothing to resume" "file: cannot open 'out/checkpoint.bin': No such file or directory" --quiet --resume
@@ -357,7 +357,7 @@ done
 base > bad.scene
 for size in 2XB -1GB 0 1e99TB; do
     rejects "memory limit $size" \
-        "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB; pd2d --help tells the usage" \
+        "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB; see pd2d --help" \
         --memory-limit "$size"
 done
 # A run that needs more than the limit ends with 1 before it has written anything.

@@ -46,19 +46,10 @@ at_most 80 evals case=study dim=2 part=poiseuille level=0
 at_most 1e-12 err_max dim=2 part=agreement
 at_most 1e-12 err_max dim=3 part=agreement
 
-# rejects MESSAGE ARGUMENT...: one line on stderr, nothing on stdout, status 2.
-rejects() {
-    printf 'bench2d: %s; bench2d --help tells the usage\n' "$1" > "$dir/wanted"
-    shift
-    "$build/bench2d" "$@" > "$dir/out" 2> "$dir/log"
-    [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
-    said=$?
-    verdict "bench2d $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
-}
-rejects "no case has the name (--list prints them) kernel" kernel
-rejects "unknown option --fast" --fast
-rejects "unknown key (m and n can be set): h=1" h=1
-rejects "n expects a whole number of at least 12, found n=2" n=2
+rejects_usage bench2d "no case has the name (--list prints them) kernel" kernel
+rejects_usage bench2d "unknown option --fast" --fast
+rejects_usage bench2d "unknown key (m and n can be set): h=1" h=1
+rejects_usage bench2d "n expects a whole number of at least 12, found n=2" n=2
 "$build/bench2d" counts --quick --scenes "$dir" > "$dir/log" 2>&1
 [ $? = 1 ]
 verdict "bench2d without its scenes"

@@ -81,7 +81,7 @@ kill -TERM $!
 kill -TERM $! 2> /dev/null
 kill -INT $! 2> /dev/null
 ends 3
-verdict "pit: SIGTERM stops it, and told more than once does no more than that"
+verdict "pit: SIGTERM stops it, and a second one soon after changes nothing"
 begin 3 pit.scene pit_TERM --threads 1 --resume
 ends 0 && same pit_whole pit_TERM
 verdict "pit: the same files after SIGTERM"

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Scenes whose inlets, walls, held values, forces and laws depend on time and place: what they do, how steps see them,
-# checkpoints, twins, and what is refused where.
+# checkpoints, coarser runs, and what is refused where.
 . tests/lib/script.sh
 cd "$dir" || exit 1
 export OMP_NUM_THREADS=1
@@ -127,11 +127,11 @@ found=$(value volume_loss)
 close "$found" 0.5 0.02
 verdict "20 um of 40: volume loss '$found'" $?
 
-# twins of a scene on a clock
+# coarser runs of a scene on a clock
 run slab "rate=10 um/h*(1 + t/1 h)" "shape.metal.box=40 um .. 160 um, 0 .. 20 um" "grid.box=0 .. 200 um, 0 .. 40 um" \
     "shape.metal.box=40 um .. 160 um, 0 .. 40 um" --estimate-error
 grep -q "err_volume_loss=" log
-verdict "twins follow too" $?
+verdict "coarser runs follow too" $?
 
 # refused EXPECTED SCENE ARGUMENT...: with status 2 and this in the message.
 refused() {

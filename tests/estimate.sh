@@ -1,7 +1,7 @@
 #!/bin/sh
-# --estimate-error: the estimate stands beside the true error of closed forms; twins leave no files; a scene without
-# twin keeps its result. --accuracy: what it picks, what it leaves to the scene, whether it is right about the accuracy
-# and the spacing it asks for; bad values.
+# --estimate-error: the estimate stands beside the true error of closed forms; coarser runs leave no files; a scene
+# without them keeps its result. --accuracy: what it picks, what it leaves to the scene, whether it is right about the
+# accuracy and the spacing it asks for; bad values.
 . tests/lib/script.sh
 scenes=$root/examples/scenes/validation
 
@@ -58,16 +58,16 @@ between slab probe=a order_C 1.7 2.3
 run poiseuille 2 "$scenes/poiseuille_2d.scene" "h=1 m / 40" --estimate-error
 between poiseuille probe=axis err_vx 0 1e-9
 between poiseuille probe=axis err_p 0 1e-6
-# a pit that grows by diffusion: sqrt(depth^2 + gap^2) - gap after 10 s, order 1 (402 cells have no second twin)
+# a pit that grows by diffusion: sqrt(depth^2 + gap^2) - gap after 10 s, order 1 (402 cells: no lattice at 4 h)
 run pencil 1 "$scenes/pencil_304_1d.scene" "h=0.25 um" "until=10 s" --estimate-error
 honest pencil estimate=richardson volume_loss "$(value pencil dim=1 volume_loss)" 0.24427
 between pencil assumed=volume_loss order 1 1
-says pencil out "the error estimate assumes orders: twin: the lattice at 4 h cannot hold the scene: the box has 402"
+says pencil out "the error estimate assumes orders: coarser: the lattice at 4 h cannot hold the scene: the box has 402"
 # all faces at 45 degrees to the lattice
 run rate 2 "$scenes/rate_2d.scene" --estimate-error
 honest rate estimate=richardson volume_loss "$(value rate dim=2 volume_loss)" 0.5765
 
-# planes count for the same place, between those of the twin too: in a channel the pressure falls linearly
+# planes count for the same place, between those of the coarser lattice too: in a channel the pressure falls linearly
 cat > "$dir/channel.scene" << 'END'
 [grid]     h = 0.05 m   box = 0 .. 1 m, -0.5 m .. 0.5 m
 [side x-]  flow = inlet   profile = parabola   mean = 1 m/s
@@ -80,7 +80,7 @@ run channel 2 "$dir/channel.scene" --estimate-error
 between channel plane=p err_p 0 1e-6
 honest channel "estimate=richardson plane=p" flow "$(value channel "plane=p time=0" flow)" 1
 
-# the twins write nothing: the same files as without them
+# the coarser runs write nothing: the same files as without them
 run plain 2 "$scenes/slab_2d.scene"
 [ "$(ls "$dir/plain")" = "$(ls "$dir/slab")" ] && cmp -s "$dir/plain/diagnostics.csv" "$dir/slab/diagnostics.csv"
 verdict "the estimate changes the output"
@@ -99,14 +99,14 @@ without() {
     verdict "$name: expected $(cat "$dir/wanted"), found $(cat "$dir/$name.err" "$dir/$name.out")" $said
 }
 without odd 1 "$scenes/pencil_304_1d.scene" \
-    "twin: the lattice at 2 h cannot hold the scene: the box has 201 cells along x, expected a multiple of 2" \
+    "coarser: the lattice at 2 h cannot hold the scene: the box has 201 cells along x, expected a multiple of 2" \
     "until=1 s"
-without face 1 "$scenes/rate_1d.scene" "twin: the lattice at 2 h cannot hold the scene: the face of a shape at x = \
+without face 1 "$scenes/rate_1d.scene" "coarser: the lattice at 2 h cannot hold the scene: the face of a shape at x = \
 110 um is cell 11 of the box, expected a multiple of 2"
 { cat "$dir/channel.scene"; echo "[shape w] cylinder = y  radius = 0.02 m  centre = 0.475 m, 0 m
 [shape gap] box = 0 m .. 1 m, -0.5 m .. 0 m
 [shape fin] difference = w, gap  kind = wall"; } > "$dir/fin.scene"
-without fin 2 "$dir/fin.scene" "twin: the lattice at h = 100 mm cannot hold the scene: the wall near x = 475 mm is \
+without fin 2 "$dir/fin.scene" "coarser: the lattice at h = 100 mm cannot hold the scene: the wall near x = 475 mm is \
 thinner than one of its cells"
 sed '/^\[plane/d' "$dir/channel.scene" > "$dir/blind.scene"
 without blind 2 "$dir/blind.scene" \
@@ -122,11 +122,11 @@ checked() {
     [ $? = "$wanted" ] && tail -n 1 "$dir/log" | grep -qF -- "$message" && [ ! -e "$dir/checked" ]
     verdict "check of ${scene##*/} $*: expected $wanted and '$message'"
 }
-checked 2 "pd1d: no error estimate: twin: the lattice at 2 h cannot hold the scene: the box has 201 cells along x, \
+checked 2 "pd1d: no error estimate: coarser: the lattice at 2 h cannot hold the scene: the box has 201 cells along x, \
 expected a multiple of 2" 1 "$scenes/pencil_304_1d.scene" --estimate-error
 checked 2 "the face of a shape at x = 110 um is cell 11 of the box" 1 "$scenes/rate_1d.scene" --accuracy 1%
 checked 2 "no error estimate: the scene watches nothing" 2 "$dir/blind.scene" --estimate-error
-checked 0 "note: the error estimate will assume orders: twin: the lattice at 4 h cannot hold the scene: the box" \
+checked 0 "note: the error estimate will assume orders: coarser: the lattice at 4 h cannot hold the scene: the box" \
     1 "$scenes/pencil_304_1d.scene" "h=0.25 um" --estimate-error
 checked 0 "with files and pictures" 2 "$scenes/slab_2d.scene" --estimate-error
 checked 1 "pd2d: memory: the run needs about " 2 "$scenes/slab_2d.scene" --memory-limit 1MB
@@ -154,7 +154,7 @@ says kept out "note: accuracy 1 %: picked nothing; the scene sets run.rtol = 0.0
     cmp -s "$dir/same/probes.csv" "$dir/kept/probes.csv"
 verdict "kept: the accuracy changes a run whose scene sets everything"
 run pin 2 "${scenes%/*}/mg_pin_2d.scene" "h=20 um" "until=10 min" "every=10 min" --accuracy 1% --quiet
-says pin err "pd2d: no error estimate: twin: the lattice at 2 h cannot hold the scene: the box has 15 cells along y"
+says pin err "pd2d: no error estimate: coarser: the lattice at 2 h cannot hold the scene: the box has 15 cells along y"
 says pin out "accuracy=0.01 reached=unknown"
 
 # ---- bad values ----
@@ -162,7 +162,7 @@ says pin out "accuracy=0.01 reached=unknown"
 for bad in 0 200% 60% abc 1%% % nan -1 1e-9 ''; do
     "$programs/pd2d" "$scenes/slab_2d.scene" --out "$dir/bad" --accuracy "$bad" > "$dir/bad.out" 2> "$dir/bad.err"
     status=$?
-    echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; pd2d --help tells the usage" \
+    echo "pd2d: --accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01; see pd2d --help" \
         > "$dir/wanted"
     [ $status = 2 ] && cmp -s "$dir/wanted" "$dir/bad.err" && [ ! -s "$dir/bad.out" ] && [ ! -e "$dir/bad" ]
     said=$?

@@ -63,11 +63,11 @@ static inline int fault_once(const char *what, fault_work work, void *user, long
     pd_ctx ctx;
     fault_context(&f, n, for_good, &ctx);
     pd_status status = work(&ctx, user);
-    int told = status == PD_ERR_MEMORY && ctx.status == PD_ERR_MEMORY && strstr(ctx.message, "be allocated") != NULL;
+    int said = status == PD_ERR_MEMORY && ctx.status == PD_ERR_MEMORY && strstr(ctx.message, "be allocated") != NULL;
     int clean = f.live == 0 && f.wrong == 0 && ctx.in_use == 0;
-    if (!CHECK(told)) NOTE("%s: call %ld failed: status %d: %s", what, n, (int)status, ctx.message);
+    if (!CHECK(said)) NOTE("%s: call %ld failed: status %d: %s", what, n, (int)status, ctx.message);
     if (!CHECK(clean)) NOTE("%s: call %ld failed: %ld blocks left, %ld sizes wrong", what, n, f.live, f.wrong);
-    return told && clean;
+    return said && clean;
 }
 
 /* Call n fails, for n = 1 to `dense` and behind it every `stride`th one, up to the last call; each alone, and every

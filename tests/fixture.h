@@ -14,7 +14,7 @@
 #define FIXTURE_H
 #include "couple/couple.h"
 #include "flow/quasi_steady.h"
-#include "metal/dissolving.h"
+#include "metal/dissolve.h"
 #include "random.h"
 #include "test.h"
 
@@ -50,7 +50,6 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve dissolve;
     pd_quasi_steady quasi;
-    pd_dissolving dissolving;
     pd_couple couple;
     pd_transport_result result;
     int64_t size;                /* of a vector field */
@@ -113,7 +112,7 @@ static inline pd_status scene_try_rest(scene *s)
     if ((s->with & WITH_COUPLE) && steady)
         PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
     if ((s->with & WITH_COUPLE) && (s->with & WITH_DISSOLVE))
-        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving)));
+        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve)));
     for (int k = 0; k < s->fields; k++) PDI_TRY(PDI_NEW(&s->ctx, "test", s->size, s->field[k]));
     return PD_OK;
 }

@@ -2,7 +2,8 @@
 #ifndef METAL_SCENE_H
 #define METAL_SCENE_H
 #include "couple/couple.h"
-#include "metal/dissolving.h"
+#include "metal/content.h"
+#include "metal/dissolve.h"
 #include "test.h"
 
 #define CS 143e3     /* [mol/m3] */
@@ -22,7 +23,6 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve_desc desc;
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     pd_couple_desc couple_desc;
     pd_couple couple;
     double bulk; /* [mol/m3] held on open sides: walls of the grid */
@@ -88,7 +88,7 @@ static pd_status scene_physics(scene *s)
         status = pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve);
     if (status == PD_OK) status = pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
     if (status == PD_OK)
-        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolving_process(&s->dissolve, &s->dissolving));
+        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve));
     return status;
 }
 
@@ -124,7 +124,11 @@ static inline pd_status scene_run(scene *s, double t_end)
     return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
-static inline double scene_solid(scene *s) { return pd_dissolve_stock(&s->ctx, &s->dissolve); }
+static inline double scene_solid(const scene *s)
+{
+    double volume;
+    return pdi_content_stock(&s->dissolve, &volume);
+}
 
 /* One step that does not pass t_end. */
 static inline int scene_step(scene *s, double t_end)
@@ -158,7 +162,6 @@ static inline void half_space(scene *s, double at)
 #define PENCIL_D 8.5e-10         /* [m2/s] */
 #define PENCIL_LAMBDA 0.13515753 /* [-] sqrt(pi) l exp(l^2) erf(l) = Csat/(Cs - Csat), Cs = 143 M, Csat = 5.1 M */
 #define PENCIL_START 8e-6        /* [m] depth at which the run starts, on the closed form */
-#define PENCIL_10S 24.9218e-6    /* [m] depth at 10 s (closed form; pencil304_stefan.csv) */
 
 static inline uint32_t next_random(uint32_t *state)
 {

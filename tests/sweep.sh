@@ -59,7 +59,7 @@ holds run001 status "done"
 holds run002 status failed
 holds run003 status "done"
 grep -q '^run002,.*the rate law gives' out/sweep.csv
-verdict "the table tells why a run failed" $?
+verdict "the table says why a run failed" $?
 
 # a signal: 3, and what was not begun is stopped, too
 "$programs/pd2d" slab.scene --out out --sweep "rate=1,2,3,4 um/h" run.max_step="0.05 s" --threads 2 > log 2>&1 &

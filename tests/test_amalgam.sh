@@ -55,7 +55,7 @@ fresh
 check "nothing to compare with" refuses 'not found; run' --check
 printf '#include "attic/high.h"\n' >> src/cellar/low.c
 check "a source reaches up" sh -c '! "$0" --rules src LICENCE one.h > log 2>&1' "$tool"
-check "and is told so" grep -q 'include cycle: low -> high -> low' log
+check "and the message says so" grep -q 'include cycle: low -> high -> low' log
 fresh
 printf '/* low: the floor below. */\n#include "attic/high.h"\n' > src/cellar/low.h
 printf '/* high: the floor above. */\n' > src/attic/high.h

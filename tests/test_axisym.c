@@ -1,7 +1,7 @@
 /* axisym: axisymmetric operators up to the axis, conservation, order, flow in tubes and between them, diffusion,
  * dissolution with the volumes of rings.
  * dims: 2 */
-#include "transport/advance.h"
+#include "transport/two_stage.h"
 #include "flow/force.h"
 #include "flow/implicit.h"
 #include "lattice/op.h"
@@ -390,7 +390,7 @@ TEST(pin)
     hi[0] = 2.4;
     lo[1] = 0.0;
     hi[1] = 0.7;
-    pd_force_surface(&s->ctx, &t.flow, lo, hi, surface, NULL, NULL);
+    pd_force_surface(&s->ctx, &t.flow, PD_FORCE_ALL, lo, hi, surface, NULL, NULL);
     CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &t.flow, lo, hi, balance));
     NOTE("%d evaluations, flux %.1e, of nodes %.1e, force %.4g (surface) %.4g N (balance)", (int)result.evaluations,
          down / up - 1.0, most, surface[0], balance[0]);
@@ -409,9 +409,8 @@ static double fading_error(int n, double *gone)
     scene *s = scene_start(3.0, 1.0 / n, 1.0 / n, 6, 0, n);
     pd_transport transport;
     pd_transport_desc td;
-    pd_transport_result result;
-    pd_advance advance;
-    pd_advance_desc ad;
+    pd_two_stage two_stage;
+    pd_two_stage_desc ad;
     double zero = 3.8317059702075123, x[2], sum = 0.0, weight = 0.0;
     memset(&td, 0, sizeof td);
     memset(&ad, 0, sizeof ad);
@@ -420,14 +419,14 @@ static double fading_error(int n, double *gone)
     ad.rtol = 1e-6;
     if (!scene_build(s) ||
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
-        !CHECK_OK(&s->ctx, pd_advance_build(&s->ctx, &transport, &ad, &advance)))
+        !CHECK_OK(&s->ctx, pd_two_stage_build(&s->ctx, &transport, &ad, &two_stage)))
         return HUGE_VAL;
     for (int32_t i = 0; i < s->grid.total; i++) {
         pd_grid_position(&s->grid, i, x);
         if (s->grid.kind[i] == PD_FLUID) transport.c[i] += bessel0(zero * x[1]);
     }
     double start = pd_transport_stock(&s->ctx, &transport);
-    CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.1, &result));
+    CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1));
     *gone = pd_transport_stock(&s->ctx, &transport) + pd_transport_carried(&s->ctx, &transport) - start;
     CHECK_REL(start, 2.0 * PI * 6.0 / n, 2.0 / (n * n)); /* the volume of rings is that of the tube */
     *gone /= start;
@@ -438,7 +437,7 @@ static double fading_error(int n, double *gone)
         sum += pdi_grid_circumference(&s->grid, i) * e * e;
         weight += pdi_grid_circumference(&s->grid, i);
     }
-    pd_advance_free(&s->ctx, &advance);
+    pd_two_stage_free(&s->ctx, &two_stage);
     pd_transport_free(&s->ctx, &transport);
     scene_free(s);
     return sqrt(sum / weight);
@@ -520,7 +519,6 @@ static double shrink(int ball, int ratio, double *ledger)
     pd_transport transport;
     pd_transport_desc td;
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     pd_dissolve_desc dd;
     pd_couple couple;
     pd_couple_desc cd;
@@ -539,7 +537,7 @@ static double shrink(int ball, int ratio, double *ledger)
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
         !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &transport, &dd, &dissolve)) ||
         !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
-        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolving_process(&dissolve, &dissolving))) ||
+        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolve_process(&dissolve))) ||
         !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple)))
         return HUGE_VAL;
     double start = couple.ledger[0].start / cs;

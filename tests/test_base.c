@@ -19,12 +19,10 @@ TEST(status_names)
     for (int a = 0; a < STATUSES; a++) {
         const char *name = pd_status_name((pd_status)all_statuses[a]);
         CHECK(strcmp(name, "PD_UNKNOWN") != 0);
-        CHECK(strlen(pd_status_text((pd_status)all_statuses[a])) > 3);
         for (int b = 0; b < a; b++) CHECK(strcmp(name, pd_status_name((pd_status)all_statuses[b])) != 0);
     }
     CHECK_STR(pd_status_name((pd_status)-500), "PD_UNKNOWN");
     CHECK_STR(pd_status_name((pd_status)77), "PD_UNKNOWN");
-    CHECK_STR(pd_status_text((pd_status)77), "unknown status");
 }
 
 TEST(fail_reports)

@@ -1,6 +1,7 @@
 /* bond: openness, tightness of thin walls, updates, wall coefficients, cut points, memory faults.
  * dims: 1 2 3 */
 #include "lattice/bond.h"
+#include "fault.h"
 #include "random.h"
 #include "test.h"
 #include <stdlib.h>
@@ -498,29 +499,6 @@ TEST(cut_points_on_round_surfaces)
 
 /* ---- memory faults ---- */
 
-/* An allocator that fails at its call number `fail_at` and compares the sizes it is given. */
-typedef struct faulty {
-    int calls, fail_at, live, wrong_size;
-} faulty;
-
-static void *faulty_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    faulty *f = (faulty *)user;
-    size_t *block = ptr ? (size_t *)ptr - 2 : NULL;
-    if ((block ? block[0] : 0) != old_size) f->wrong_size++;
-    if (new_size == 0) {
-        free(block);
-        f->live -= block != NULL;
-        return NULL;
-    }
-    if (++f->calls == f->fail_at) return NULL;
-    f->live += block == NULL;
-    block = (size_t *)realloc(block, new_size + 2 * sizeof *block);
-    if (!block) abort();
-    block[0] = new_size;
-    return block + 2;
-}
-
 /* Stencil, grid, bonds and an update, until the first failure. */
 static pd_status build_all(scene *s)
 {
@@ -741,9 +719,7 @@ TEST(memory_faults)
     pd_status status = PD_ERR_MEMORY;
     int tried = 0;
     while (status < 0 && tried < 200) {
-        faulty f;
-        memset(&f, 0, sizeof f);
-        f.fail_at = ++tried;
+        fault f;
         pd_ctx_init(&s->ctx);
         if (!scene_init(s, 2.0, 1.0, PD_DIM == 1 ? 900 : 24, 16, 8)) return;
         pd_stencil_free(&s->ctx, &s->stencil);
@@ -751,15 +727,13 @@ TEST(memory_faults)
         for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = s->desc.hi[d];
         s->shapes[0].a[0] = 2.0;
         s->desc.solid = &s->shapes[0];
-        pd_ctx_init(&s->ctx);
-        s->ctx.alloc.fn = faulty_realloc;
-        s->ctx.alloc.user = &f;
+        fault_context(&f, ++tried, 0, &s->ctx);
         status = build_all(s);
         if (status < 0) CHECK_INT(status, PD_ERR_MEMORY);
         else CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
         scene_free(s);
         CHECK_INT(f.live, 0);
-        CHECK_INT(f.wrong_size, 0);
+        CHECK_INT(f.wrong, 0);
     }
     CHECK_INT(status, PD_OK);
     CHECK(tried > 25);

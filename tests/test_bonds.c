@@ -200,7 +200,7 @@ static double pencil_error(double m, double h, double end, double share, pd_driv
         worst = fmax(worst, fabs(error));
         NOTE("m %g, h %.2f um, drive %d, t %g s: depth %.3f um (%+.2f %%), %.0f steps, %.1f rounds and %.1f iterations "
              "a step", m, 1e6 * h, (int)drive, pencil_times[k], 1e6 * depth, 100.0 * error, steps,
-             (double)rounds / steps, (double)s->dissolving.krylov / steps);
+             (double)rounds / steps, (double)s->dissolve.krylov / steps);
     }
     scene_free(s);
     return worst;
@@ -499,7 +499,7 @@ static double pit_loss(double share, double rtol, double diffusivity, double end
     double whole = scene_solid(s);
     if (!scene_count(s, end)) return NAN;
     double taken = (double)s->couple.steps, rounds = (double)rounds_taken / taken;
-    double iterations = (double)s->dissolving.krylov / taken;
+    double iterations = (double)s->dissolve.krylov / taken;
     NOTE("share %.3f: %.0f steps, %.1f rounds and %.1f iterations each", share, taken, rounds, iterations);
     if (share > 0.09) {
         CHECK_LE(rounds, PIT_ROUNDS);

@@ -91,7 +91,7 @@ TEST(damage_follows_the_loss)
             if (!s->dissolve.exposed[i] || s->transport.c[i] <= s->dissolve.last[i]) continue;
             double n = s->dissolve.links[i], e = (CS - s->transport.c[i]) / (CS - CSAT), all = pow(e, n);
             double mean = (e - all) / (1.0 - all), square = (e * (1.0 - e) / n + e * e - all) / (1.0 - all);
-            here += pd_dissolve_damage(&s->dissolve, i) - mean;
+            here += pdi_dissolve_damage(&s->dissolve, i) - mean;
             spread += square - mean * mean;
             nodes += 1.0;
             largest = fmax(largest, e);
@@ -285,7 +285,7 @@ TEST(lone_nodes)
         for (int32_t i = 0; i < s->grid.total; i++)
             if (s->grid.kind[i] == PD_SOLID) alone = i;
         CHECK(alone >= 0 && s->transport.c[alone] > CSAT);
-        CHECK_REL(pd_dissolve_damage(&s->dissolve, alone), (CS - s->transport.c[alone]) / (CS - CSAT), 1e-12);
+        CHECK_REL(pdi_dissolve_damage(&s->dissolve, alone), (CS - s->transport.c[alone]) / (CS - CSAT), 1e-12);
         if (!scene_step(s, 1e6)) return;
     }
     CHECK_INT(s->grid.solid_count, 0);

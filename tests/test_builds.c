@@ -274,12 +274,12 @@ BUILD(transport, pd_transport)
     return pd_transport_build(ctx, &l->pin.grid, &l->bonds, &l->flow, &d, o);
 }
 
-BUILD(advance, pd_advance)
+BUILD(two_stage, pd_two_stage)
 {
-    pd_advance_desc d;
+    pd_two_stage_desc d;
     memset(&d, 0, sizeof d);
     d.rtol = l->wrong ? -1.0 : 0.0;
-    return pd_advance_build(ctx, &l->pin.transport, &d, o);
+    return pd_two_stage_build(ctx, &l->pin.transport, &d, o);
 }
 
 BUILD(dissolve, pd_dissolve)
@@ -330,10 +330,10 @@ BUILD(inlet, pd_inlet)
     return status;
 }
 
-static void pd_coarser_free(pd_ctx *ctx, pd_coarser *twin)
+static void pd_coarser_free(pd_ctx *ctx, pd_coarser *coarser)
 {
     (void)ctx;
-    (void)twin;
+    (void)coarser;
 }
 
 BUILD(coarser, pd_coarser) { return pdi_coarser_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
@@ -379,7 +379,7 @@ BUILD(setup, pd_setup)
 
 /* The same from a text. */
 static void pd_scene_free(pd_ctx *ctx, pd_setup *setup) { pd_setup_free(ctx, setup); }
-BUILD(scene, pd_setup) { return pd_scene_build(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
+BUILD(scene, pd_setup) { return pdi_scene_build(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
 
 INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
@@ -404,7 +404,7 @@ static const entry builds[] = {
     ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
     ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
-    ROW(advance, pd_advance, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)

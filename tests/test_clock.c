@@ -108,7 +108,7 @@ static double follow(const problem *p, int cells, double m, int steps, int forwa
     memset(&weak, 0, sizeof weak);
     weak.sound = 0.02;
     if (forward && !CHECK_OK(&s->ctx, pd_unsteady_build(&s->ctx, &s->flow, &weak, &unsteady))) return NAN;
-    if (forward) CHECK_OK(&s->ctx, pd_unsteady_run(&s->ctx, &unsteady, end));
+    if (forward) CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_unsteady_process(&unsteady), end));
     for (int n = 0; n < steps && !forward; n++)
         if (!CHECK_OK(&s->ctx, pd_implicit_step(&s->ctx, &implicit, end / steps))) return NAN;
     for (int n = 0; n < cells; n++) {

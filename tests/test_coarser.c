@@ -1,5 +1,5 @@
-/* twin, estimate, accuracy: what a coarser lattice can hold, what its planes stand for, which spacing an estimate asks
- * for, and which settings follow from a wanted accuracy. Whole runs: estimate.sh.
+/* coarser, estimate, accuracy: what a coarser lattice can hold, what its planes stand for, which spacing an estimate
+ * asks for, and which settings follow from a wanted accuracy. Whole runs: estimate.sh.
  * dims: 2 */
 #include "run/accuracy.h"
 #include "run/estimate.h"
@@ -42,12 +42,12 @@ static int slab(pd_ctx *ctx, pd_setup *u, double place, double thickness)
     return index;
 }
 
-/* The twin is refused with a message that holds `part`, or built when part is NULL. */
-static void twin_of(pd_ctx *ctx, pd_setup *u, int factor, const char *part)
+/* The coarser lattice is refused with a message that holds `part`, or built when part is NULL. */
+static void coarser_of(pd_ctx *ctx, pd_setup *u, int factor, const char *part)
 {
-    static pd_coarser twin;
+    static pd_coarser coarser;
     size_t before = ctx->in_use;
-    pd_status status = pdi_coarser_build(ctx, u, factor, &twin);
+    pd_status status = pdi_coarser_build(ctx, u, factor, &coarser);
     if (!part) CHECK_OK(ctx, status);
     else if (!CHECK(status == PD_ERR_GEOMETRY && strstr(ctx->message, part))) NOTE("found: %s", ctx->message);
     CHECK_INT(ctx->in_use, before);
@@ -67,8 +67,8 @@ TEST(corners_are_held)
         all.child[all.children++] = add(&ctx, &u, PD_SHAPE_HALF_SPACE, 20.0 + 12.0 * normal[k][0], 20.0, normal[k][0],
                                         normal[k][1]);
     CHECK_OK(&ctx, pdi_setup_shape(&ctx, &u, &all, &u.solid));
-    twin_of(&ctx, &u, 2, NULL);
-    twin_of(&ctx, &u, 4, NULL);
+    coarser_of(&ctx, &u, 2, NULL);
+    coarser_of(&ctx, &u, 4, NULL);
     pd_setup_free(&ctx, &u);
     CHECK_INT(ctx.in_use, 0);
 }
@@ -79,16 +79,16 @@ TEST(thin_parts_are_refused)
     pd_setup u;
     if (!start(&ctx, &u)) return;
     u.wall = slab(&ctx, &u, 20.5, 1.2);
-    twin_of(&ctx, &u, 2, "the wall near x = 20.5 um is thinner");
+    coarser_of(&ctx, &u, 2, "the wall near x = 20.5 um is thinner");
     u.shape[u.wall].r = 1.6e-6; /* three nodes: wide enough for 2 h, not for 4 h */
-    twin_of(&ctx, &u, 2, NULL);
-    twin_of(&ctx, &u, 4, "is thinner");
+    coarser_of(&ctx, &u, 2, NULL);
+    coarser_of(&ctx, &u, 4, "is thinner");
     /* a gap of one node between two thick walls, away from where their shapes end */
     u.shapes = 0;
     u.wall = -1;
     CHECK_OK(&ctx, pdi_setup_join(&ctx, &u, slab(&ctx, &u, 14.5, 11.8), &u.wall));
     CHECK_OK(&ctx, pdi_setup_join(&ctx, &u, slab(&ctx, &u, 26.5, 10.4), &u.wall));
-    twin_of(&ctx, &u, 2, "the fluid near x = 20.5 um is thinner");
+    coarser_of(&ctx, &u, 2, "the fluid near x = 20.5 um is thinner");
     pd_setup_free(&ctx, &u);
 }
 
@@ -98,19 +98,19 @@ TEST(faces_lie_on_planes)
     pd_setup u;
     if (!start(&ctx, &u)) return;
     u.solid = add(&ctx, &u, PD_SHAPE_BOX, 8.0, 8.0, 30.0, 20.0);
-    twin_of(&ctx, &u, 2, NULL);
-    twin_of(&ctx, &u, 4, "the face of a shape at x = 30 um is cell 30");
+    coarser_of(&ctx, &u, 2, NULL);
+    coarser_of(&ctx, &u, 4, "the face of a shape at x = 30 um is cell 30");
     u.shape[u.solid].b[0] = 31.3e-6; /* between nodes on every lattice */
-    twin_of(&ctx, &u, 4, NULL);
+    coarser_of(&ctx, &u, 4, NULL);
     u.hi[1] = 41e-6;
-    twin_of(&ctx, &u, 2, "the box has 41 cells along y");
+    coarser_of(&ctx, &u, 2, "the box has 41 cells along y");
     pd_setup_free(&ctx, &u);
 }
 
-/* The physics stays, lines go, and planes between two of the twin are shared out to both. */
+/* The physics stays, lines go, and planes between two of the coarser lattice are shared out to both. */
 TEST(planes_and_rates)
 {
-    static pd_coarser twin;
+    static pd_coarser coarser;
     pd_ctx ctx;
     pd_setup u;
     if (!start(&ctx, &u)) return;
@@ -122,19 +122,19 @@ TEST(planes_and_rates)
     u.monitor[1].axis = 1;
     u.monitor[1].index = 7;
     u.monitor[2].kind = PD_MONITOR_TOTAL;
-    if (CHECK_OK(&ctx, pdi_coarser_build(&ctx, &u, 4, &twin))) {
-        CHECK_REL(twin.setup.h[0], 4e-6, 1e-15);
-        CHECK_NEAR(twin.setup.metal[0].rate_scale, 1e-6, 0.0);
-        CHECK_NEAR(twin.setup.fraction, 0.07, 0.0);
-        CHECK_INT(twin.setup.monitors, 3);
-        CHECK_INT(twin.setup.monitor[0].index, 1);
-        CHECK_INT(twin.setup.monitor[1].index, 2);
-        CHECK_NEAR(twin.share[0], 0.25, 0.0);
-        CHECK_NEAR(twin.share[1], 0.75, 0.0);
-        CHECK_NEAR(twin.share[2], 1.0, 0.0);
+    if (CHECK_OK(&ctx, pdi_coarser_build(&ctx, &u, 4, &coarser))) {
+        CHECK_REL(coarser.setup.h[0], 4e-6, 1e-15);
+        CHECK_NEAR(coarser.setup.metal[0].rate_scale, 1e-6, 0.0);
+        CHECK_NEAR(coarser.setup.fraction, 0.07, 0.0);
+        CHECK_INT(coarser.setup.monitors, 3);
+        CHECK_INT(coarser.setup.monitor[0].index, 1);
+        CHECK_INT(coarser.setup.monitor[1].index, 2);
+        CHECK_NEAR(coarser.share[0], 0.25, 0.0);
+        CHECK_NEAR(coarser.share[1], 0.75, 0.0);
+        CHECK_NEAR(coarser.share[2], 1.0, 0.0);
     }
     u.monitor[1].index = 1;
-    twin_of(&ctx, &u, 2, "too near to the end of the box");
+    coarser_of(&ctx, &u, 2, "too near to the end of the box");
     pd_setup_free(&ctx, &u);
 }
 

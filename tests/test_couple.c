@@ -221,7 +221,7 @@ TEST(units_do_not_matter)
     if (!CHECK_OK(&t->ctx, pd_couple_run(&t->ctx, &t->couple, end * time, 0.0, NULL, NULL))) return;
     CHECK_INT(s->couple.steps, t->couple.steps);
     CHECK_INT(s->quasi.krylov, t->quasi.krylov);
-    CHECK_INT(s->dissolving.krylov, t->dissolving.krylov);
+    CHECK_INT(s->dissolve.krylov, t->dissolve.krylov);
     int64_t differ[3] = {0, 0, 0}, total = s->grid.total;
     double largest[3] = {0.0, 0.0, 0.0}, off[3] = {0.0, 0.0, 0.0};
     for (int64_t i = 0; i < total; i++) {

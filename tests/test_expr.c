@@ -543,7 +543,7 @@ TEST(unit_definitions)
         CHECK_OK(&ctx, pd_units_parse(&ctx, same[k][0], &a, &da));
         CHECK_OK(&ctx, pd_units_parse(&ctx, same[k][1], &b, &db));
         CHECK_REL(a / b, ratio[k], 5e-16);
-        if (!CHECK(pd_units_same(&da, &db))) NOTE("%s", same[k][0]);
+        if (!CHECK(pdi_units_same(&da, &db))) NOTE("%s", same[k][0]);
     }
     CHECK_INT(pd_units_parse(&ctx, "furlong", NULL, NULL), PD_ERR_PARSE);
     CHECK_INT(pd_units_parse(&ctx, "m/", NULL, NULL), PD_ERR_PARSE);

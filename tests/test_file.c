@@ -450,7 +450,7 @@ TEST(damaged_tables_do_no_harm)
     remove(at("hurt.csv"));
 }
 
-TEST(times_are_told_in_the_unit_that_suits)
+TEST(times_are_printed_in_the_unit_that_suits)
 {
     static const struct {
         double seconds;
@@ -465,7 +465,7 @@ TEST(times_are_told_in_the_unit_that_suits)
     }
 }
 
-TEST(the_progress_line_tells_the_time_left)
+TEST(the_progress_line_shows_the_time_left)
 {
     char line[128], small[12];
     pdi_progress_line(0.25, 100, "dissolve", line, sizeof line);
@@ -491,4 +491,4 @@ TEST_MAIN(ENTRY(a_whole_file_is_read) ENTRY(a_file_that_cannot_be_read_is_an_err
           ENTRY(rows_are_in_the_file_as_soon_as_they_are_written) ENTRY(a_table_needs_proper_names)
           ENTRY(a_written_table_is_read_back) ENTRY(tables_of_others_are_read) ENTRY(a_broken_table_names_its_line)
           ENTRY(every_failing_allocation_is_reported) ENTRY(damaged_tables_do_no_harm)
-          ENTRY(times_are_told_in_the_unit_that_suits) ENTRY(the_progress_line_tells_the_time_left))
+          ENTRY(times_are_printed_in_the_unit_that_suits) ENTRY(the_progress_line_shows_the_time_left))

@@ -153,7 +153,7 @@ TEST(refusals)
     if (!CHECK(strstr(ctx.message, "found 1 point for 2 parameters") != NULL)) NOTE("message: %s", ctx.message);
     CHECK(fit.bad_input);
     CHECK(fit_of(&ctx, SLAB, two, 2, data, &fit) < 0); /* their product is all that counts */
-    if (!CHECK(strstr(ctx.message, "do not tell the 2 parameters apart") != NULL)) NOTE("message: %s", ctx.message);
+    if (!CHECK(strstr(ctx.message, "do not distinguish the 2 parameters") != NULL)) NOTE("message: %s", ctx.message);
 }
 
 static pd_status whole(pd_ctx *ctx, void *user)

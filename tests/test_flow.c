@@ -1,6 +1,7 @@
 /* flow: exact discrete solutions, conservation through sections, linearisation, faults.
  * dims: 2 3 */
 #include "flow/jacobian.h"
+#include "fault.h"
 #include "fixture.h"
 #include <stdlib.h>
 
@@ -373,29 +374,6 @@ TEST(update_of_dissolved_nodes)
     flow_free(s);
 }
 
-/* An allocator that fails at its call number `fail_at` and compares the sizes it is given. */
-typedef struct faulty {
-    int calls, fail_at, live, wrong_size;
-} faulty;
-
-static void *faulty_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
-{
-    faulty *f = (faulty *)user;
-    size_t *block = ptr ? (size_t *)ptr - 2 : NULL;
-    if ((block ? block[0] : 0) != old_size) f->wrong_size++;
-    if (new_size == 0) {
-        free(block);
-        f->live -= block != NULL;
-        return NULL;
-    }
-    if (++f->calls == f->fail_at) return NULL;
-    f->live += block == NULL;
-    block = (size_t *)realloc(block, new_size + 2 * sizeof *block);
-    if (!block) abort();
-    block[0] = new_size;
-    return block + 2;
-}
-
 TEST(memory_faults)
 {
     scene *s = &test_scene;
@@ -403,9 +381,7 @@ TEST(memory_faults)
     int tried = 0;
     while (status < 0 && tried < 200) {
         channel c;
-        faulty f;
-        memset(&f, 0, sizeof f);
-        f.fail_at = ++tried;
+        fault f;
         scene_start(s, 10, 6, 5);
         c.half = 3.0 * H;
         c.centre = c.half;
@@ -413,14 +389,13 @@ TEST(memory_faults)
         s->grid_desc.side[1] = PD_SIDE_OUTLET;
         s->flow_desc.inlet = parabola;
         s->flow_desc.inlet_user = &c;
-        s->ctx.alloc.fn = faulty_realloc;
-        s->ctx.alloc.user = &f;
+        fault_context(&f, ++tried, 0, &s->ctx);
         s->stencil_desc.m = 2.0;
         status = scene_try(s);
         if (status < 0) CHECK_INT(status, PD_ERR_MEMORY);
         flow_free(s);
         CHECK_INT(f.live, 0);
-        CHECK_INT(f.wrong_size, 0);
+        CHECK_INT(f.wrong, 0);
     }
     CHECK_INT(status, PD_OK);
     CHECK(tried > 20);

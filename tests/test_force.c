@@ -81,7 +81,7 @@ TEST(friction_in_a_channel)
             lo[0] = 0.5;
             hi[0] = 1.1;
             double area = 0.6 * (PD_DIM == 3 ? 0.8 : 1.0);
-            pd_force_surface(&s->ctx, &s->flow, lo, hi, force, friction, pressure);
+            pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, force, friction, pressure);
             CHECK_NEAR(friction[0], RHO * DROP * area, 1e-9 * RHO * DROP * area);
             CHECK_NEAR(pressure[0], 0.0, 1e-9 * RHO * DROP);
             for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(force[d], friction[d] + pressure[d], 1e-9);
@@ -117,7 +117,7 @@ TEST(moving_wall)
         memcpy(hi, s->grid_desc.hi, sizeof hi);
         if (upper) lo[1] = 0.5;
         else hi[1] = 0.5;
-        pd_force_surface(&s->ctx, &s->flow, lo, hi, force, friction, pressure);
+        pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, force, friction, pressure);
         CHECK_NEAR(friction[0], -sign * 2.0 * MU * area, 1e-11);
         CHECK_NEAR(pressure[1], sign * 7.0 * RHO * area, 1e-8);
         CHECK_NEAR(force[0], friction[0], 1e-8);
@@ -152,7 +152,7 @@ static double lift(int n)
     }
     if (!scene_build(s)) return 1.0;
     fill(s, at_rest);
-    pd_force_surface(&s->ctx, &s->flow, lo, hi, force, NULL, NULL);
+    pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, force, NULL, NULL);
     CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, balance));
     CHECK_NEAR(balance[0], -RHO * DROP * volume, 3e-4 * RHO * DROP * volume);
     double error = fabs(force[0] / (-RHO * DROP * volume) - 1.0);
@@ -198,7 +198,7 @@ static double tube(int n)
     s->flow_desc.force[0] = DROP;
     if (!scene_build(s)) return 1.0;
     fill(s, paraboloid);
-    pd_force_surface(&s->ctx, &s->flow, s->grid_desc.lo, s->grid_desc.hi, force, NULL, NULL);
+    pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, s->grid_desc.lo, s->grid_desc.hi, force, NULL, NULL);
     double error = fabs(force[0] / wanted - 1.0);
     NOTE("%d cells: %.3g", n, error);
     scene_free(s);
@@ -243,10 +243,10 @@ TEST(several_bodies)
         fill(s, wavy);
         memcpy(lo, s->grid_desc.lo, sizeof lo);
         memcpy(hi, s->grid_desc.hi, sizeof hi);
-        pd_force_surface(&s->ctx, &s->flow, lo, hi, all, NULL, NULL);
+        pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, all, NULL, NULL);
         memset(sum, 0, sizeof sum);
         for (int shape = 0; shape < 2; shape++) {
-            pd_force_shape(&s->ctx, &s->flow, shape, lo, hi, part, NULL, NULL);
+            pd_force_surface(&s->ctx, &s->flow, shape, lo, hi, part, NULL, NULL);
             for (int d = 0; d < PD_DIM; d++) {
                 sum[d] += part[d];
                 size = fmax(size, fabs(part[d]));
@@ -254,7 +254,7 @@ TEST(several_bodies)
         }
         CHECK_LE(1.0, size);
         double rest[PD_DIM];
-        pd_force_shape(&s->ctx, &s->flow, PD_FORCE_SIDES, lo, hi, rest, NULL, NULL);
+        pd_force_surface(&s->ctx, &s->flow, PD_FORCE_SIDES, lo, hi, rest, NULL, NULL);
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(sum[d] + rest[d], all[d], 1e-9 * (size + fabs(all[d])));
         scene_free(s);
     }
@@ -305,7 +305,7 @@ static int dfg_errors(int x, int y, double m, double *error)
     if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &desc, &steady)) ||
         !CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &steady, &result)))
         return 0;
-    pd_force_surface(&s->ctx, &s->flow, lo, hi, surface, NULL, NULL);
+    pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, surface, NULL, NULL);
     CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, around));
     error[0] = fabs(scale * surface[0] / DRAG - 1.0);
     error[1] = fabs(scale * around[0] / DRAG - 1.0);

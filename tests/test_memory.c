@@ -262,7 +262,7 @@ TEST(flat_file)
 }
 #endif
 
-/* The error estimate runs twins. */
+/* The error estimate runs coarser lattices. */
 TEST(error_estimate)
 {
     sweep("estimate", "[grid] h = 1 um  m = 1  box = 0 .. 16 um" ACROSS("0", "8") "\n[side x-] C = 1 mol/m3\n"
@@ -308,7 +308,7 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
     if (status == PD_OK) status = pd_grid_build(ctx, &stencil, &box, &grid);
     if (status == PD_OK) status = pd_bonds_build(ctx, &stencil, &grid, 0, &bonds);
     if (status == PD_OK) status = pd_gas_build(ctx, &grid, &bonds, &desc, &gas);
-    if (status == PD_OK) status = pd_gas_run(ctx, &gas, 0.5);
+    if (status == PD_OK) status = pd_process_run(ctx, pd_gas_process(&gas), 0.5);
     for (int twice = 0; twice < 2; twice++) {
         pd_gas_free(ctx, &gas);
         pd_bonds_free(ctx, &bonds);
@@ -346,12 +346,12 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
     if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), "a", names, 2, values, 2);
     if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
-    if (status == PD_OK) status = pd_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
-    for (int k = 0; k < 30 && status == PD_OK; k++) status = pd_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
+    if (status == PD_OK) status = pdi_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
+    for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
     for (int twice = 0; twice < 2; twice++) {
         pdi_image_free(ctx, &image);
         pdi_table_free(ctx, &table);
-        pd_pvd_free(ctx, &pvd);
+        pdi_pvd_free(ctx, &pvd);
     }
     empty_folder(path_of("out"));
     return status;

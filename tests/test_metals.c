@@ -223,7 +223,7 @@ TEST(refusals)
     static const char *const cases[][2] = {
         {LAWS "[corrode mg4ag] rate = 1 um/s\n", "found the metal 'mg4ag', expected a material of the shapes: copper, "
                                                  "steel304"},
-        {LAWS "[corrode steel304] Csat = 4 mol/L  rate = 1 um/s\n", "expected it in [corrode], which tells of all"},
+        {LAWS "[corrode steel304] Csat = 4 mol/L  rate = 1 um/s\n", "expected it in [corrode], which holds for all"},
         {LAWS "[corrode steel304] Cs = 100 mol/L\n", "found no 'rate'"},
         {LAWS "[corrode steel304] rate = 1 um/s  Cs = 4 mol/L\n", "expected less than Cs = 4000 mol/m3 of steel304"},
         {LAWS "[corrode steel304] rate = -1 um/s\n", "expected 0 to 1 m/s"},
@@ -231,7 +231,7 @@ TEST(refusals)
         {"[corrode steel304] rate = 1 um/s\n[corrode copper] rate = 2 um/s\n", "found no 'Csat'"},
         {"[transport] D = 1e-9 m2/s\n[dissolve steel304] rate = 1 um/s\n", "found no 'rate'"},
         {"[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s\n[dissolve steel304] threshold = 0.1\n",
-         "expected it in [dissolve], which tells of all"},
+         "expected it in [dissolve], which holds for all"},
         {LAWS "[dissolve steel304] rate = 1 um/s\n", "found beside [dissolve]"}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         char text[1400];

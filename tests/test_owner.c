@@ -5,7 +5,7 @@
 #include "flow/unsteady.h"
 #include "io/store.h"
 #include "scene/units.h"
-#include "transport/advance.h"
+#include "transport/two_stage.h"
 
 typedef struct thing {
     int32_t nodes, rows;
@@ -238,7 +238,7 @@ TEST(names_and_units)
     static pd_implicit implicit;
     static pd_unsteady unsteady;
     static pd_transport transport;
-    static pd_advance advance;
+    static pd_two_stage two_stage;
     static pd_jacobian jacobian;
     static pd_bonds bonds;
     static pd_grid grid;
@@ -248,7 +248,7 @@ TEST(names_and_units)
         void *object;
     } lists[] = {{pdi_flow_list, &flow}, {pdi_steady_list, &steady}, {pdi_implicit_list, &implicit},
                  {pdi_unsteady_list, &unsteady}, {pdi_jacobian_list, &jacobian}, {pdi_transport_list, &transport},
-                 {pdi_advance_list, &advance}, {pdi_diffusion_list, &transport.diffusion},
+                 {pdi_two_stage_list, &two_stage}, {pdi_diffusion_list, &transport.diffusion},
                  {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.flux},
                  {pdi_conductance_list, &transport.flux.conductance}, {pdi_media_list, &transport.diffusion.media},
                  {pdi_media_row_list, &transport.diffusion.media}, {pdi_compact_list, &transport.compact},
@@ -286,12 +286,12 @@ TEST(names_and_units)
     transport.grid = transport.diffusion.media.grid = &grid;
     transport.diffusion.media.stencil = &stencil;
     transport.desc.field = transport.diffusion.desc.held = transport.diffusion.media.level = any;
-    advance.transport = &transport;
+    two_stage.transport = &transport;
     seen[0] = '\0';
     int64_t all = 0;
     for (int k = 0; k < count; k++) all += look(lists[k].list, lists[k].object);
     CHECK(all > 1000 * 8 * (15 + 20 * PD_DIM));
-    CHECK(strstr(seen, " flow.u ") && strstr(seen, " transport.anti ") && strstr(seen, " advance.in "));
+    CHECK(strstr(seen, " flow.u ") && strstr(seen, " transport.anti ") && strstr(seen, " two_stage.in "));
 }
 
 TEST_MAIN(ENTRY(built_as_counted) ENTRY(failure_leaves_nothing) ENTRY(renewed_to_another_length)

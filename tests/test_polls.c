@@ -85,11 +85,11 @@ static pd_status model_work(pd_ctx *ctx, void *user)
     return status;
 }
 
-static pd_status twin_work(pd_ctx *ctx, void *user)
+static pd_status coarser_work(pd_ctx *ctx, void *user)
 {
-    static pd_coarser twin;
+    static pd_coarser coarser;
     (void)user;
-    return pdi_coarser_build(ctx, &shared, 2, &twin);
+    return pdi_coarser_build(ctx, &shared, 2, &coarser);
 }
 
 /* All that a frame holds; neither the file nor its beginning is there after a stop. */
@@ -135,7 +135,7 @@ TEST(flow_in_time)
     leave(&reader, &shared);
 }
 
-TEST(frames_and_twins)
+TEST(frames_and_coarser)
 {
     pd_ctx ctx;
     int line;
@@ -144,7 +144,7 @@ TEST(frames_and_twins)
     if (!prepare(BOX PIN "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 5 s\n"
                  "[output] every = 5 s\n"))
         return;
-    CHECK_LE(3, stop_everywhere("twin", twin_work, NULL, CALLS, 1));
+    CHECK_LE(3, stop_everywhere("coarser", coarser_work, NULL, CALLS, 1));
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pdi_model_grid(&ctx, &shared, &line, &stencil, &grid))) return;
     CHECK_INT(stop_everywhere("vti", vti_work, &grid, CALLS, 1), PD_DIM == 2 ? 16 : 100);
@@ -154,4 +154,4 @@ TEST(frames_and_twins)
     leave(&reader, &shared);
 }
 
-TEST_MAIN(ENTRY(dissolution) ENTRY(flow_in_time) ENTRY(frames_and_twins))
+TEST_MAIN(ENTRY(dissolution) ENTRY(flow_in_time) ENTRY(frames_and_coarser))

@@ -114,6 +114,7 @@ static pd_process toy_process(const char *name, toy *y)
     memset(&p, 0, sizeof p);
     p.name = name;
     p.self = y;
+    p.time = &y->time;
     p.steps = &y->steps;
     p.start = toy_start;
     p.limit = toy_limit;
@@ -136,7 +137,7 @@ TEST(one_process)
     memset(&y, 0, sizeof y);
     pd_process p = toy_process("toy", &y);
     y.step = 0.3;
-    CHECK_OK(&ctx, pdi_process_run(&ctx, &p, 0.0, 1.0));
+    CHECK_OK(&ctx, pd_process_run(&ctx, p, 1.0));
     CHECK(y.time == 1.0);
     CHECK_NEAR(y.amount, 1.0, 1e-15);
     CHECK_INT(y.steps, 4);
@@ -144,21 +145,24 @@ TEST(one_process)
     CHECK_INT(y.finishes, 1);
     /* steps that are refused become shorter until they are not, and the last one ends on the end all the same */
     y.good = 0.1;
-    CHECK_OK(&ctx, pdi_process_run(&ctx, &p, 1.0, 2.0));
+    CHECK_OK(&ctx, pd_process_run(&ctx, p, 2.0));
     CHECK(y.time == 2.0);
     CHECK(y.rejects > y.accepts - 4 && y.accepts - 4 >= 10);
     CHECK_INT(y.attempts, y.accepts + y.rejects);
     CHECK_NEAR(y.amount, 2.0, 1e-14);
     /* nothing to do is done */
     int before = y.attempts;
-    CHECK_OK(&ctx, pdi_process_run(&ctx, &p, 2.0, 2.0));
+    CHECK_OK(&ctx, pd_process_run(&ctx, p, 2.0));
     CHECK_INT(y.attempts, before);
     /* steps that time cannot count */
     y.good = 1e-30;
-    CHECK_INT(pdi_process_run(&ctx, &p, 2.0, 3.0), PD_ERR_STATE);
+    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_STATE);
     CHECK(strstr(ctx.message, "toy: steps of ") != NULL && strstr(ctx.message, "do not lead on from t = 2 s") != NULL);
     CHECK(y.time == 2.0);
     CHECK_LE(y.shortest, 1e-14);
+    CHECK_INT(pd_process_run(&ctx, p, 1.0), PD_ERR_ARGUMENT);
+    p.time = NULL;
+    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_ARGUMENT);
 }
 
 /* A box of some fluid nodes, for the list. */
@@ -257,7 +261,7 @@ TEST(elements)
     memset(&one, 0, sizeof one);
     memset(&two, 0, sizeof two);
     pd_process p = toy_process("one", &one);
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.inner = 1;
     CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
     p = toy_process("two", &two);

@@ -295,7 +295,7 @@ TEST(absent_physics_costs_nothing)
     if (build(&ctx, STILL, &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_FLOW] + m.bytes[PD_PART_GRAIN] + m.bytes[PD_PART_DISSOLVE], 0);
         CHECK(m.flow.u == NULL && m.steady.work == NULL && m.factor == NULL && m.dissolve.front == NULL);
-        CHECK(m.couple.count == 1 && m.couple.process[0].self == &m.advance);
+        CHECK(m.couple.count == 1 && m.couple.process[0].self == &m.two_stage);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
         CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);
         pdi_model_free(&ctx, &m);

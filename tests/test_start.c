@@ -73,7 +73,7 @@ static double leak(scene *s, const channel *c)
 static int run(scene *s, const channel *c, double viscous, double share)
 {
     double h = c->height, end = fmin(viscous * h * h / s->flow.nu, share * h / c->speed);
-    return CHECK_OK(&s->ctx, pd_implicit_run(&s->ctx, &s->implicit, end));
+    return CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_implicit_process(&s->implicit), end));
 }
 
 /* Speeds from 1e-6 to 1 m/s in channels from 10 um to 1 m. Nothing is lost on the way, whatever the first step. */

@@ -1,5 +1,6 @@
 /* text: the reading rule, typed values, overrides, messages with file and line, hostile files. */
 #include "scene/text.h"
+#include "fault.h"
 #include "test.h"
 #include <stdlib.h>
 
@@ -570,43 +571,22 @@ TEST(binary_garbage)
     CHECK(bad > 1000);
 }
 
-static int failing_left;
-
-static void *failing_realloc(void *user, void *ptr, size_t old_size, size_t new_size)
+static pd_status read_words(pd_ctx *ctx, void *user)
 {
+    pd_text text;
+    pd_word_list words;
     (void)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(ptr);
-        return NULL;
+    pd_status status = pdi_text_build(ctx, "pin", sample, sizeof sample - 1, &text);
+    if (status == PD_OK) status = pdi_text_override(ctx, &text, "new.key=3");
+    if (status == PD_OK) {
+        int s = pdi_text_section(ctx, &text, "output", NULL), extra = pdi_text_section(ctx, &text, "none", NULL);
+        status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_words(ctx, &text, s, "fields", NULL, &words);
     }
-    return failing_left-- > 0 ? realloc(ptr, new_size) : NULL;
+    pdi_text_free(ctx, &text);
+    return status;
 }
 
-TEST(allocation_failures)
-{
-    int failed = 0;
-    for (int n = 0; n < 10000; n++) {
-        pd_ctx ctx;
-        pd_text text;
-        pd_word_list words;
-        pd_ctx_init(&ctx);
-        ctx.alloc.fn = failing_realloc;
-        failing_left = n;
-        pd_status status = pdi_text_build(&ctx, "pin", sample, sizeof sample - 1, &text);
-        if (status == PD_OK) status = pdi_text_override(&ctx, &text, "new.key=3");
-        if (status == PD_OK) {
-            int s = pdi_text_section(&ctx, &text, "output", NULL), extra = pdi_text_section(&ctx, &text, "none", NULL);
-            status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_words(&ctx, &text, s, "fields", NULL, &words);
-        }
-        pdi_text_free(&ctx, &text);
-        CHECK_INT(ctx.in_use, 0);
-        if (status == PD_OK) break;
-        CHECK_INT(status, PD_ERR_MEMORY);
-        failed++;
-    }
-    CHECK(failed > 30 && failed < 10000);
-}
+TEST(allocation_failures) { CHECK_LE(30, fault_sweep("text", read_words, NULL, 10000, 1)); }
 
 TEST_MAIN(ENTRY(pairs_of_the_sample) ENTRY(values_of_the_sample) ENTRY(lists_and_words)
           ENTRY(comparisons_do_not_start_pairs) ENTRY(flat_files) ENTRY(format_errors) ENTRY(value_errors)

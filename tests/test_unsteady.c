@@ -71,7 +71,7 @@ static double startup_error(double h)
     /* reference velocity 1/8 at the end, Mach 0.0125; nothing compresses in a uniform stream */
     if (!CHECK_OK(&r.s.ctx, run_build(&r, 8.0 * h, h, 1, 1.0, 1.0, 10.0, PD_EOS_TAIT))) return 1.0;
     for (int n = 0; n < 4; n++) {
-        CHECK_OK(&r.s.ctx, pd_unsteady_run(&r.s.ctx, &r.unsteady, times[n]));
+        CHECK_OK(&r.s.ctx, pd_process_run(&r.s.ctx, pd_unsteady_process(&r.unsteady), times[n]));
         for (int32_t i = 0; i < r.s.grid.total; i++) {
             double x[2];
             if (r.s.grid.kind[i] != PD_FLUID) continue;
@@ -105,7 +105,7 @@ static double standing_wave(double h, pd_eos eos, double *drift)
         if (r.s.grid.kind[i] == PD_FLUID) r.unsteady.density[i] = 1.0 + amplitude * cos(pi * x[0]);
     }
     double before = total_mass(&r);
-    CHECK_OK(&r.s.ctx, pd_unsteady_run(&r.s.ctx, &r.unsteady, t));
+    CHECK_OK(&r.s.ctx, pd_process_run(&r.s.ctx, pd_unsteady_process(&r.unsteady), t));
     *drift = fabs(total_mass(&r) / before - 1.0);
     for (int32_t i = 0; i < r.s.grid.total; i++) {
         double x[PD_DIM];
@@ -224,8 +224,8 @@ TEST(threads_and_errors)
     CHECK_OK(&two.s.ctx, run_build(&two, 1.0, 1.0 / 40.0, 0, 1e-2, 0.3, 1.0, PD_EOS_TAIT));
     one.s.ctx.threads = 1;
     two.s.ctx.threads = 3;
-    CHECK_OK(&one.s.ctx, pd_unsteady_run(&one.s.ctx, &one.unsteady, 0.2));
-    CHECK_OK(&two.s.ctx, pd_unsteady_run(&two.s.ctx, &two.unsteady, 0.2));
+    CHECK_OK(&one.s.ctx, pd_process_run(&one.s.ctx, pd_unsteady_process(&one.unsteady), 0.2));
+    CHECK_OK(&two.s.ctx, pd_process_run(&two.s.ctx, pd_unsteady_process(&two.unsteady), 0.2));
     CHECK(memcmp(one.s.flow.u, two.s.flow.u, (size_t)(PD_DIM * one.s.grid.total) * sizeof(double)) == 0);
     CHECK(memcmp(one.s.flow.p, two.s.flow.p, (size_t)one.s.grid.total * sizeof(double)) == 0);
     run_free(&one);

@@ -223,22 +223,22 @@ TEST(a_collection_lists_times_that_increase)
     pd_pvd pvd;
     start(&ctx);
     memset(&pvd, 0, sizeof pvd);
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, 0, "a.vti"), PD_ERR_ARGUMENT);
-    if (!CHECK_OK(&ctx, pd_pvd_init(&ctx, DIRECTORY "/run.pvd", &pvd))) return;
-    CHECK_OK(&ctx, pd_pvd_add(&ctx, &pvd, 0, DIRECTORY "/a.vti"));
-    CHECK_OK(&ctx, pd_pvd_add(&ctx, &pvd, 0.1, "elsewhere/b&c.vti"));
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, 0.1, "same.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0, "a.vti"), PD_ERR_ARGUMENT);
+    if (!CHECK_OK(&ctx, pdi_pvd_init(&ctx, DIRECTORY "/run.pvd", &pvd))) return;
+    CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, 0, DIRECTORY "/a.vti"));
+    CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, 0.1, "elsewhere/b&c.vti"));
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0.1, "same.vti"), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "times must increase") != NULL);
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, 0.05, "back.vti"), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, NAN, "nan.vti"), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, 1, "a\nb.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0.05, "back.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, NAN, "nan.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 1, "a\nb.vti"), PD_ERR_ARGUMENT);
     CHECK_INT(pvd.count, 2);
     collection_holds(&ctx, "    <DataSet timestep=\"0\" group=\"\" part=\"0\" file=\"a.vti\"/>\n"
                            "    <DataSet timestep=\"0.1\" group=\"\" part=\"0\" file=\"elsewhere/b&amp;c.vti\"/>\n");
-    pd_pvd_free(&ctx, &pvd);
-    pd_pvd_free(&ctx, &pvd);
+    pdi_pvd_free(&ctx, &pvd);
+    pdi_pvd_free(&ctx, &pvd);
     CHECK_INT(ctx.in_use, 0);
-    CHECK_INT(pd_pvd_init(&ctx, "", &pvd), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_init(&ctx, "", &pvd), PD_ERR_ARGUMENT);
     remove(DIRECTORY "/run.pvd");
 }
 
@@ -250,10 +250,10 @@ TEST(a_failed_entry_changes_nothing)
     start(&ctx);
     remove(DIRECTORY "/later/run.pvd");
     remove(DIRECTORY "/later");
-    if (!CHECK_OK(&ctx, pd_pvd_init(&ctx, DIRECTORY "/later/run.pvd", &pvd))) return;
-    CHECK_INT(pd_pvd_add(&ctx, &pvd, 5, "lost.vti"), PD_ERR_FILE);
+    if (!CHECK_OK(&ctx, pdi_pvd_init(&ctx, DIRECTORY "/later/run.pvd", &pvd))) return;
+    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 5, "lost.vti"), PD_ERR_FILE);
     CHECK_OK(&ctx, pd_file_make_directory(&ctx, DIRECTORY "/later"));
-    for (int k = 0; k < 100; k++) CHECK_OK(&ctx, pd_pvd_add(&ctx, &pvd, k, "x.vti"));
+    for (int k = 0; k < 100; k++) CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, k, "x.vti"));
     char *data;
     size_t size;
     if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/later/run.pvd", 1 << 20, &data, &size))) return;
@@ -262,7 +262,7 @@ TEST(a_failed_entry_changes_nothing)
     CHECK_INT(entries, 100);
     CHECK(strstr(data, "lost") == NULL);
     PDI_DELETE(&ctx, size + 1, data);
-    pd_pvd_free(&ctx, &pvd);
+    pdi_pvd_free(&ctx, &pvd);
     CHECK_INT(ctx.in_use, 0);
     remove(DIRECTORY "/later/run.pvd");
     remove(DIRECTORY "/later");

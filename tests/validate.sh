@@ -10,21 +10,12 @@ for k in 1 2 3; do
     done
 done
 
-# rejects MESSAGE ARGUMENT...: one line on stderr, nothing on stdout, status 2.
-rejects() {
-    printf 'validate2d: %s; validate2d --help tells the usage\n' "$1" > "$dir/wanted"
-    shift
-    "$build/validate2d" "$@" > "$dir/out" 2> "$dir/log"
-    [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
-    said=$?
-    verdict "validate2d $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
-}
-rejects "no case has the name (--list prints them) poiseuile" poiseuile
-rejects "unknown option --fast" --fast
-rejects "unknown key (m and n can be set): h=1" h=1
-rejects "m expects a number from 1 to 12, found m=30" m=30
-rejects "--threads expects a number from 0 to 1024" --threads
-rejects "--out expects a folder" --out
+rejects_usage validate2d "no case has the name (--list prints them) poiseuile" poiseuile
+rejects_usage validate2d "unknown option --fast" --fast
+rejects_usage validate2d "unknown key (m and n can be set): h=1" h=1
+rejects_usage validate2d "m expects a number from 1 to 12, found m=30" m=30
+rejects_usage validate2d "--threads expects a number from 0 to 1024" --threads
+rejects_usage validate2d "--out expects a folder" --out
 
 # The report: a section, its figures and a summary, and the same text again.
 "$build/validate2d" patch --quick --quiet --out "$dir/a" > "$dir/log" 2>&1 &&

@@ -50,7 +50,7 @@ int main(void)
         grid.lo[d] = -0.1 * (d + 1);
     }
     pd_ctx_init(&ctx);
-    if (pd_file_make_directory(&ctx, "out") != PD_OK || pd_pvd_init(&ctx, "out/run.pvd", &pvd) != PD_OK) goto failed;
+    if (pd_file_make_directory(&ctx, "out") != PD_OK || pdi_pvd_init(&ctx, "out/run.pvd", &pvd) != PD_OK) goto failed;
     for (int frame = 0; frame < 2; frame++) {
         for (int32_t node = 0; node < grid.total; node++) {
             int i[3] = {0, 0, 0}, inside = 1;
@@ -67,9 +67,9 @@ int main(void)
         if (pdi_file_frame_name(&ctx, "corr", frame, 6.1 * frame, "vti", name) != PD_OK) goto failed;
         if (pd_file_join(&ctx, "out", name, path) != PD_OK) goto failed;
         if (pd_vti_write(&ctx, path, &grid, 6.1 * frame, fields, 5) != PD_OK) goto failed;
-        if (pd_pvd_add(&ctx, &pvd, 6.1 * frame, path) != PD_OK) goto failed;
+        if (pdi_pvd_add(&ctx, &pvd, 6.1 * frame, path) != PD_OK) goto failed;
     }
-    pd_pvd_free(&ctx, &pvd);
+    pdi_pvd_free(&ctx, &pvd);
     return ctx.in_use != 0;
 failed:
     printf("%s\n", ctx.message);

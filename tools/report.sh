@@ -80,7 +80,7 @@ rows() {
 }
 # In the order of the cases of the report.
 names() {
-    if [ $kind = stability ]; then printf '%s\n' transport unsteady gas advance implicit
+    if [ $kind = stability ]; then printf '%s\n' transport unsteady gas two_stage implicit
     elif [ $kind = validation ]; then rows | sed 's/^[^[]*\[\([a-z0-9_]*\), .*/\1/' | awk '!seen[$0]++'
     else printf '%s\n' counts scenes study kernels csr scaling triad; fi
 }
@@ -92,8 +92,8 @@ head_of_validation() {
 # Validation
 
 Solutions compared with closed forms and published figures. Written by \`make validation\`, which runs every case of
-\`cases/validate/\`; only the times differ from run to run. One case: \`build/validate2d poiseuille\`; the options
-tell \`build/validate2d --help\`. A goal holds at the levels named with it; a guard holds coarse levels to what they
+\`cases/validate/\`; only the times differ from run to run. One case: \`build/validate2d poiseuille\`; for options
+see \`build/validate2d --help\`. A goal holds at the levels named with it; a guard holds coarse levels to what they
 reach, for \`make test\`.
 
 ## Summary
@@ -109,7 +109,7 @@ head_of_performance() {
 # Performance
 
 What the operators, the solvers and whole runs cost, and what error that buys. Written by \`make bench\`, which runs
-every case of \`cases/bench/\`. One case: \`build/bench2d kernels\`; the options tell \`build/bench2d --help\`. Counts
+every case of \`cases/bench/\`. One case: \`build/bench2d kernels\`; for options see \`build/bench2d --help\`. Counts
 of evaluations and iterations do not depend on the machine. Times do: these are of one machine
 ($(processor), $(getconf _NPROCESSORS_ONLN) cores, load average $(load) when this was written), and on a shared
 one ratios of times that were taken in turns mean more than the times.

@@ -146,8 +146,8 @@ typedef struct pulse_knobs {
 
 static pd_status study_pulse_steps(bench *b, val_lab *lab, const pulse_knobs *k, double end, study_point *p)
 {
-    pd_advance advance;
-    pd_advance_desc desc;
+    pd_two_stage two_stage;
+    pd_two_stage_desc desc;
     pd_transport_result result;
     if (!(k->rtol > 0.0)) {
         int steps = (int)(2.0 * STUDY_TRAVEL * k->n);
@@ -157,10 +157,10 @@ static pd_status study_pulse_steps(bench *b, val_lab *lab, const pulse_knobs *k,
     }
     memset(&desc, 0, sizeof desc);
     desc.rtol = k->rtol;
-    pd_status status = pd_advance_build(b->ctx, &lab->transport, &desc, &advance);
-    if (status >= 0) status = pd_advance_run(b->ctx, &advance, end, &result);
-    p->steps = (double)advance.steps;
-    pd_advance_free(b->ctx, &advance);
+    pd_status status = pd_two_stage_build(b->ctx, &lab->transport, &desc, &two_stage);
+    if (status >= 0) status = pd_process_run(b->ctx, pd_two_stage_process(&two_stage), end);
+    p->steps = (double)two_stage.steps;
+    pd_two_stage_free(b->ctx, &two_stage);
     return status;
 }
 

@@ -290,10 +290,10 @@ static double stab_spread(const pd_grid *grid, const double *c, double mean)
 }
 
 /* x: step over the explicit limit. Random values at cell Peclet number 100, in a periodic box. */
-static pd_status stab_advance(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
+static pd_status stab_two_stage(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
 {
-    pd_advance advance;
-    pd_advance_desc desc;
+    pd_two_stage two_stage;
+    pd_two_stage_desc desc;
     pd_transport_result result;
     memset(&desc, 0, sizeof desc);
     stab_box(lab, m, 1);
@@ -307,12 +307,12 @@ static pd_status stab_advance(pd_ctx *ctx, val_lab *lab, double m, double x, sta
     stab_noise(lab->transport.c, &lab->grid, 2.0, 1.0);
     double mean = pd_transport_stock(ctx, &lab->transport) / (double)lab->grid.fluid_count;
     double before = stab_spread(&lab->grid, lab->transport.c, mean);
-    PDI_TRY(pd_advance_build(ctx, &lab->transport, &desc, &advance));
+    PDI_TRY(pd_two_stage_build(ctx, &lab->transport, &desc, &two_stage));
     point->step = x * pd_transport_limit(ctx, &lab->transport);
-    pd_status status = pd_advance_step(ctx, &advance, point->step, &result);
+    pd_status status = pd_two_stage_step(ctx, &two_stage, point->step, &result);
     point->growth = stab_spread(&lab->grid, lab->transport.c, mean) / before;
     point->unit = 1.0;
-    pd_advance_free(ctx, &advance);
+    pd_two_stage_free(ctx, &two_stage);
     return status < 0 ? status : PD_OK;
 }
 
@@ -394,7 +394,7 @@ static const stab_case stab_cases[] = {
      {0.05, 0.1, 0.3, 0.5, 0.8, 1.2, 2.0, 5.0},
      8,
      stab_gas},
-    {"advance",
+    {"two_stage",
      "implicit transport of second order",
      "One step of any length on random values in a stream, limited advection.",
      "times",
@@ -404,7 +404,7 @@ static const stab_case stab_cases[] = {
      1,
      {1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8},
      8,
-     stab_advance},
+     stab_two_stage},
 #if PD_DIM > 1
     {"implicit",
      "implicit flow",

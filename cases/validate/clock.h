@@ -57,7 +57,7 @@ static void clock_field(val_job *job, int pass, double *field, double mean, doub
 
 typedef enum clock_kind {
     CLOCK_IMPLICIT,
-    CLOCK_ADVANCE,
+    CLOCK_TWO_STAGE,
     CLOCK_EXPLICIT
 } clock_kind;
 
@@ -66,26 +66,26 @@ static pd_status clock_transport(val_job *job, clock_kind kind)
 {
     val_lab *lab = job->lab;
     pd_transport_result result;
-    pd_advance advance;
-    pd_advance_desc desc;
+    pd_two_stage two_stage;
+    pd_two_stage_desc desc;
     pd_status status = clock_build(job, VAL_TRANSPORT);
     double end = kind == CLOCK_EXPLICIT ? 0.1 : 1.0, dt = end / job->level.p;
-    memset(&advance, 0, sizeof advance);
+    memset(&two_stage, 0, sizeof two_stage);
     memset(&desc, 0, sizeof desc);
     if (status < 0) return status;
-    status = pd_advance_build(job->ctx, &lab->transport, &desc, &advance);
+    status = pd_two_stage_build(job->ctx, &lab->transport, &desc, &two_stage);
     clock_field(job, 0, lab->transport.c, 2.0, 1.0, 0.0);
     for (int step = 0; step < (int)job->level.p && status == PD_OK; step++)
         status = kind == CLOCK_IMPLICIT   ? pd_transport_implicit(job->ctx, &lab->transport, dt, &result)
                  : kind == CLOCK_EXPLICIT ? pd_transport_explicit(job->ctx, &lab->transport, dt)
-                                          : pd_advance_step(job->ctx, &advance, dt, &result);
+                                          : pd_two_stage_step(job->ctx, &two_stage, dt, &result);
     clock_field(job, 1, lab->transport.c, 2.0, exp(-clock_rate(lab) * end), 0.0);
-    pd_advance_free(job->ctx, &advance);
+    pd_two_stage_free(job->ctx, &two_stage);
     return status;
 }
 
 static pd_status clock_implicit_run(val_job *job) { return clock_transport(job, CLOCK_IMPLICIT); }
-static pd_status clock_advance_run(val_job *job) { return clock_transport(job, CLOCK_ADVANCE); }
+static pd_status clock_two_stage_run(val_job *job) { return clock_transport(job, CLOCK_TWO_STAGE); }
 static pd_status clock_explicit_run(val_job *job) { return clock_transport(job, CLOCK_EXPLICIT); }
 
 /* A shear wave: convection and pressure vanish in the sums. */
@@ -194,7 +194,7 @@ static pd_status clock_dissolve_run(val_job *job)
 
 static const val_part clock_parts_all[] = {
     CLOCK_PART("transport", "transport, implicit step of first order", 1.0, 0.95, 16.0, clock_implicit_run),
-    CLOCK_PART("advance", "transport, implicit steps of second order", 2.0, 1.95, 8.0, clock_advance_run),
+    CLOCK_PART("two_stage", "transport, implicit steps of second order", 2.0, 1.95, 8.0, clock_two_stage_run),
     CLOCK_PART("explicit", "transport, explicit step", 1.0, 0.95, 64.0, clock_explicit_run),
     CLOCK_PART("flow", "incompressible flow, implicit", 2.0, 1.95, 8.0, clock_flow_run),
     CLOCK_PART("unsteady", "weakly compressible flow, explicit", 3.0, 2.9, 64.0, clock_unsteady_run),

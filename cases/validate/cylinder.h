@@ -87,7 +87,7 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     lab->steady_desc.tolerance = 1e-6;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
-    pd_force_shape(job->ctx, &lab->flow, 0, lo, hi, force, NULL, NULL);
+    pd_force_surface(job->ctx, &lab->flow, 0, lo, hi, force, NULL, NULL);
     job->out->h = lab->grid.h[0];
     job->out->err[0] = fabs(scale * force[0] / CYLINDER_DRAG - 1.0);
     job->out->err[1] = fabs((cylinder_pressure(lab, -1) - cylinder_pressure(lab, 1)) / CYLINDER_DROP - 1.0);

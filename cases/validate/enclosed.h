@@ -244,7 +244,7 @@ static pd_status taylor_run(val_job *job)
                 else *at = u[d];
             }
         }
-        if (!pass) PDI_TRY(pd_implicit_run(job->ctx, &lab->implicit, TAYLOR_END));
+        if (!pass) PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), TAYLOR_END));
     }
     job->out->err[1] = job->out->err[0] / largest;
     job->out->h = lab->grid.h[0];

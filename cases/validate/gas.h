@@ -74,7 +74,7 @@ static pd_status sod_steps(val_job *job)
     while (gas->time < SOD_END) {
         double limit, left = SOD_END - gas->time, from = gas->time;
         PDI_TRY(pd_gas_limit(job->ctx, gas, &limit));
-        PDI_TRY(pd_gas_run(job->ctx, gas, from + fmin(0.8 * limit, left)));
+        PDI_TRY(pd_process_run(job->ctx, pd_gas_process(gas), from + fmin(0.8 * limit, left)));
         job->out->err[1] += sod_bad(job->lab);
     }
     job->out->steps = (long)gas->steps;

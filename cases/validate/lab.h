@@ -31,9 +31,7 @@ typedef struct val_lab {
     pd_steady steady;
     pd_transport transport;
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     pd_quasi_steady quasi;
-    pd_euler euler;
     pd_couple couple;
     pd_implicit implicit;
     pd_gas gas;
@@ -77,9 +75,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     if (parts & VAL_COUPLE && steady)
         PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
     if (parts & VAL_COUPLE && dissolve)
-        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_dissolving_process(dissolve, &lab->dissolving)));
-    if (parts & VAL_COUPLE && !dissolve)
-        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_euler_process(&lab->transport, &lab->euler)));
+        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_dissolve_process(dissolve)));
     return PD_OK;
 }
 

@@ -206,7 +206,7 @@ static const val_case peer_case = {
     "cube of 15,625 nodes under activation control, 3000 for a pit that grows from the middle of a passive surface "
     "under a salt layer. Here steps are implicit, as long for the cube, thirty times as long for the pit. Solid nodes "
     "and moles of solid and of fluid at every stored time, over the metal of the start. The fluid of the other "
-    "code gets 5.5 % above saturation; the last column tells by how much it does here.",
+    "code gets 5.5 % above saturation; the last column shows by how much it does here.",
     "Weights, fluxes and rates that are off by a factor, metal that vanishes where nodes turn, a salt layer that does "
     "not let go.",
     "table `perifast_corrosion_ref.csv`",

@@ -25,15 +25,6 @@ static double startup_wall(double y, double t)
     return u;
 }
 
-/* A stream of speed 1 that the plates stop. */
-static double startup_stop(double y, double t)
-{
-    double u = 0.0;
-    for (int k = 1; k < STARTUP_TERMS; k += 2)
-        u += 4.0 / (k * val_pi) * sin(k * val_pi * y) * exp(-k * k * val_pi * val_pi * t);
-    return u;
-}
-
 /* Periodic box with plates at y = 0 and y = height, n cells between them, `along` cells in the other directions. */
 static void startup_box(val_lab *lab, double height, const val_level *level, int along)
 {
@@ -123,7 +114,7 @@ static pd_status startup_implicit_run(val_job *job, int moving)
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_implicit_run(job->ctx, &lab->implicit, startup_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
         startup_note(job, moving, k);
     }
     job->out->steps = (long)lab->implicit.steps;
@@ -137,7 +128,7 @@ static pd_status startup_poiseuille_run(val_job *job) { return startup_implicit_
 static pd_status startup_explicit_times(val_job *job, pd_unsteady *un)
 {
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_unsteady_run(job->ctx, un, startup_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_unsteady_process(un), startup_time[k]));
         startup_note(job, 0, k);
     }
     job->out->steps = (long)un->steps;
@@ -203,6 +194,15 @@ static const val_case startup_case = {
 #define CHANNEL_JUMP 2 /* times before this one are those of the jump at the walls */
 static const double channel_time[CHANNEL_TIMES] = {1.0, 5.0, 20.0, 50.0, 100.0}; /* [s] */
 
+/* A stream of speed 1 that the plates stop. */
+static double startup_stop(double y, double t)
+{
+    double u = 0.0;
+    for (int k = 1; k < STARTUP_TERMS; k += 2)
+        u += 4.0 / (k * val_pi) * sin(k * val_pi * y) * exp(-k * k * val_pi * val_pi * t);
+    return u;
+}
+
 /* u [m/s] at the distance y [m] from a wall: a stream of 1 m/s, and the force from t = 0 on. */
 static double channel_series(double y, double t, double sign)
 {
@@ -247,7 +247,7 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID) lab->flow.u[i] = 1.0;
     for (int k = 0; k < CHANNEL_TIMES; k++) {
-        PDI_TRY(pd_implicit_run(job->ctx, &lab->implicit, channel_time[k]));
+        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
         channel_note(job, k, sign);
     }
     job->out->h = lab->grid.h[0];

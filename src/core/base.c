@@ -10,22 +10,11 @@ void pd_ctx_init(pd_ctx *ctx) { memset(ctx, 0, sizeof *ctx); }
 const char *pd_status_name(pd_status status)
 {
     switch ((int)status) {
-#define PDI_X(name, value, text) \
+#define PDI_X(name, value) \
     case value: return #name;
         PD_STATUS_TABLE(PDI_X)
 #undef PDI_X
     default: return "PD_UNKNOWN";
-    }
-}
-
-const char *pd_status_text(pd_status status)
-{
-    switch ((int)status) {
-#define PDI_X(name, value, text) \
-    case value: return text;
-        PD_STATUS_TABLE(PDI_X)
-#undef PDI_X
-    default: return "unknown status";
     }
 }
 

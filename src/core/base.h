@@ -13,24 +13,24 @@
 #include "core/pace.h"
 
 #define PD_STATUS_TABLE(X) \
-    X(PD_OK, 0, "done") \
-    X(PD_RETRY, 1, "nothing changed: retry with a smaller step") \
-    X(PD_NOT_CONVERGED, 2, "the iteration limit was reached before the tolerance") \
-    X(PD_ERR_ARGUMENT, -1, "an argument is out of range") \
-    X(PD_ERR_MEMORY, -2, "out of memory") \
-    X(PD_ERR_LIMIT, -3, "the memory limit of the context would be exceeded") \
-    X(PD_ERR_SIZE, -4, "a size overflows its type") \
-    X(PD_ERR_FILE, -5, "a file cannot be read or written") \
-    X(PD_ERR_PARSE, -6, "text does not follow the format") \
-    X(PD_ERR_GEOMETRY, -7, "the geometry is not admissible") \
-    X(PD_ERR_STATE, -8, "the state left the admissible range") \
-    X(PD_ERR_DIVERGED, -9, "a solver diverged") \
-    X(PD_ERR_LEDGER, -10, "the mass ledger does not close") \
-    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own") \
-    X(PD_STOPPED, -12, "the poll function of the context asked to stop")
+    X(PD_OK, 0) /* done */ \
+    X(PD_RETRY, 1) /* nothing changed: retry with a smaller step */ \
+    X(PD_NOT_CONVERGED, 2) /* the iteration limit was reached before the tolerance */ \
+    X(PD_ERR_ARGUMENT, -1) /* an argument is out of range */ \
+    X(PD_ERR_MEMORY, -2) /* out of memory */ \
+    X(PD_ERR_LIMIT, -3) /* the memory limit of the context would be exceeded */ \
+    X(PD_ERR_SIZE, -4) /* a size overflows its type */ \
+    X(PD_ERR_FILE, -5) /* a file cannot be read or written */ \
+    X(PD_ERR_PARSE, -6) /* text does not follow the format */ \
+    X(PD_ERR_GEOMETRY, -7) /* the geometry is not admissible */ \
+    X(PD_ERR_STATE, -8) /* the state left the admissible range */ \
+    X(PD_ERR_DIVERGED, -9) /* a solver diverged */ \
+    X(PD_ERR_LEDGER, -10) /* the mass ledger does not close */ \
+    X(PD_ERR_INTERNAL, -11) /* pdcorr broke a promise of its own */ \
+    X(PD_STOPPED, -12) /* the poll function of the context asked to stop */
 
 typedef enum pd_status {
-#define PDI_X(name, value, text) name = value,
+#define PDI_X(name, value) name = value,
     PD_STATUS_TABLE(PDI_X)
 #undef PDI_X
     PD_STATUS_FORCE_SIGNED = -1000
@@ -64,13 +64,11 @@ typedef struct pd_ctx {
 
 #define pd_ctx_init PD_NAME(pd_ctx_init)
 #define pd_status_name PD_NAME(pd_status_name)
-#define pd_status_text PD_NAME(pd_status_text)
 
 /* Make ctx ready: C library memory, no limit, all threads. */
 PD_API void pd_ctx_init(pd_ctx *ctx);
-/* "PD_ERR_FILE" and its sentence. Any int is accepted. */
+/* "PD_ERR_FILE". Any int is accepted. */
 PD_API const char *pd_status_name(pd_status status);
-PD_API const char *pd_status_text(pd_status status);
 
 #ifdef PDI_INTERNAL
 #include <float.h>

@@ -5,7 +5,7 @@
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
 /* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
-#define PDI_PACE_SETTLE 0.015
+#define PDI_PACE_SKIP 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
 #define PDI_PACE_LOST (1.0 / 6.0)
 /* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
@@ -65,7 +65,7 @@ static void pdi_pace_judge(pd_pace *pace, double now)
 }
 
 /* The end of a window without a trial. */
-static void pdi_pace_turn(pd_pace *pace, double now)
+static void pdi_pace_switch(pd_pace *pace, double now)
 {
     int late = pace->lost > PDI_PACE_LOST * pace->spent || now - pace->until > PDI_PACE_CHECK;
     if (now < pace->until || (!pace->one && !late)) pdi_pace_open(pace, pace->one, 0, now);
@@ -79,7 +79,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
         pace->until = start;
         pdi_pace_open(pace, 0, 0, start);
     }
-    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SETTLE)) {
+    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SKIP)) {
         pd_pace_loop *loop = pdi_pace_find(pace, key);
         loop->sum[pace->one] += took;
         loop->count[pace->one] += 1.0;
@@ -90,13 +90,13 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
             pace->spent += took;
         }
     }
-    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SETTLE : 0.0)) return;
+    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SKIP : 0.0)) return;
     if (pace->trying) pdi_pace_judge(pace, end);
-    else pdi_pace_turn(pace, end);
+    else pdi_pace_switch(pace, end);
 }
 
 #undef PDI_PACE_WINDOW
-#undef PDI_PACE_SETTLE
+#undef PDI_PACE_SKIP
 #undef PDI_PACE_LOST
 #undef PDI_PACE_SLOW
 #undef PDI_PACE_REST

@@ -31,22 +31,22 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
     return offered > 1 && ctx->pace.one ? 1 : offered;
 }
 
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch)
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_timing *timing)
 {
-    watch->threads = pdi_par_offered(ctx, work);
-    if (watch->threads == 1) return 1;
-    watch->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
-                 (uint64_t)watch->threads;
-    watch->work = (double)work * times;
-    watch->start = pdi_par_clock();
-    return ctx->pace.one ? 1 : watch->threads;
+    timing->threads = pdi_par_offered(ctx, work);
+    if (timing->threads == 1) return 1;
+    timing->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
+                 (uint64_t)timing->threads;
+    timing->work = (double)work * times;
+    timing->start = pdi_par_clock();
+    return ctx->pace.one ? 1 : timing->threads;
 }
 
 /* A context is never const itself, and its pace is no part of what a call promises to leave as it is. */
-PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch)
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
 {
-    if (watch->threads == 1) return;
-    pdi_pace_note(&((pd_ctx *)ctx)->pace, watch->key, watch->threads, watch->work, watch->start, pdi_par_clock());
+    if (timing->threads == 1) return;
+    pdi_pace_note(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start, pdi_par_clock());
 }
 
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
@@ -79,8 +79,8 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
                          double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, n, count, 0, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 0, &timing);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int m = 0; m < count; m++) dots[m] = 0.0;
@@ -97,14 +97,14 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w)
 {
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, n, count, 1, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     PDI_PARALLEL_FOR(nt)
@@ -118,7 +118,7 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
             for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)

@@ -28,14 +28,14 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
 /* pdi_par_begin returns the threads for a loop, and pdi_par_end gives pace the time that the loop took: `times` times
  * the work in one fork. Loops of one sort, work and times take the same time. */
-typedef struct pdi_par_watch {
+typedef struct pdi_par_timing {
     int threads;
     uint64_t key;
     double work;  /* [-] */
     double start; /* [s] */
-} pdi_par_watch;
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch);
-PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch);
+} pdi_par_timing;
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_timing *timing);
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of

@@ -134,14 +134,14 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
 
 /* The step of the run when the first process that moves takes several steps of its own in it: the longest that suits
  * all. */
-static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
+static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
     s->dt = left;
     for (int n = 0; n < c->count; n++) {
-        if (!c->process[n].span) continue;
+        if (!c->process[n].longest) continue;
         s->lost = pdi_couple_lost(c, &c->process[n]);
-        PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+        PDI_TRY(c->process[n].longest(ctx, c->process[n].self, s));
     }
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_process_even(left, s->dt);
@@ -190,14 +190,14 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
         if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved && p->inner) PDI_TRY(pdi_couple_span(ctx, c, &s));
-        double span = s.limit - s.time;
+        if (!moved && p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
+        double left = s.limit - s.time;
         s.lost = pdi_couple_lost(c, p);
         pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
         if (p->counts) *count = *p->steps - before;
-        if (!moved) *dt = p->inner ? span : s.dt;
+        if (!moved) *dt = p->inner ? left : s.dt;
         *end = s.end;
         moved = 1;
     }

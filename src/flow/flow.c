@@ -253,7 +253,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double flux = pdi_flow_carried(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
+        double flux = pdi_flow_convected(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
@@ -401,7 +401,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
     const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
-    double flux = share * pdi_flow_carried(g, w + i, total, w + j, total);
+    double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
     if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double step = flow->p[j] - flow->p[i];
@@ -524,26 +524,26 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
 }
 
-/* What moving walls do to row r (eq. 3.3), and their acceleration from t - span to t + span (eq. 4.17b). */
-static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
+/* What moving walls do to row r (eq. 3.3), and their acceleration from t - half to t + half (eq. 4.17b). */
+static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half, pdi_flow_walls *walls, double *motion)
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
-    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, drive, NULL);
-    if (!flow->clock || !(span > 0.0)) return;
+    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, motion, NULL);
+    if (!flow->clock || !(half > 0.0)) return;
     for (int k = 0; k < 2; k++) {
         double unread[PD_DIM];
-        *flow->clock = flow->time + (k ? span : -span);
+        *flow->clock = flow->time + (k ? half : -half);
         pdi_bond_wall_motion(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
     }
     *flow->clock = flow->time;
-    for (int d = 0; d < PD_DIM; d++) drive[d] += (curved[1][d] - curved[0][d]) / (2.0 * span * flow->nu);
+    for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half * flow->nu);
 }
 
 /* ---- scales of the problem (eq. 4.5b) ---- */
 
 /* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
-static double pdi_flow_driven(const pd_flow *flow, double force)
+static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 {
     double friction = 6.0 * flow->nu / flow->length;
     return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
@@ -571,8 +571,8 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
         force = fmax(force, most);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
     }
-    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
-    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
+    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
 
@@ -588,24 +588,24 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
 }
 
 /* What moving walls do to all rows. *fastest: their speed [m/s]. */
-static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
+static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, double *moved, double *fastest)
 {
     const pd_bonds *bonds = flow->bonds;
-    double drive[PD_DIM], largest = 0.0;
+    double motion[PD_DIM], largest = 0.0;
     pdi_flow_walls walls;
     walls.flow = flow;
     walls.fastest = 0.0;
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_flow_drive_row(flow, r, span, &walls, drive);
+        pdi_flow_move_wall(flow, r, half, &walls, motion);
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
-            if (!(fabs(drive[d]) < 1e100)) {
+            if (!(fabs(motion[d]) < 1e100)) {
                 char place[PDI_GRID_PLACE];
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_place(flow->grid, bonds->node[r], place));
             }
-            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(drive[d] - *value) / bonds->wall_lap[r]);
-            *value = drive[d];
+            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
+            *value = motion[d];
         }
     }
     *moved = fmax(*moved, largest);
@@ -634,24 +634,24 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
 }
 
 /* *walls: speed of the walls [m/s]. */
-static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved, double *walls)
+static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved, double *walls)
 {
     double velocity = 0.0, force = 0.0;
     flow->time = t;
     if (flow->clock) *flow->clock = t;
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_drive(ctx, flow, span, &velocity, walls));
+    PDI_TRY(pdi_flow_move_walls(ctx, flow, half, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
     if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved)
 {
     double walls;
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
-    PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
+    PDI_TRY(pdi_flow_data(ctx, flow, t, half, moved, &walls));
     double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */

@@ -83,10 +83,10 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 /* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
  * of a given flow. */
 PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
-/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
- * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
+/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. half
+ * [s]: walls accelerate as they do on average from t - half to t + half; 0: not at all, as in steady flow. moved may be
  * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
@@ -184,7 +184,7 @@ PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t s
     return sum;
 }
 /* g.(w_i + w_j): what the advecting velocity w brings through the bond, and into the momentum (eq. 4.3). */
-PDI_INLINE double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
+PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_t near_stride, const double *far,
                                    int64_t far_stride)
 {
     double sum = 0.0;

@@ -269,8 +269,8 @@ static void pdi_force_weigh(pdi_force_query *q)
     }
 }
 
-void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
-                    double *friction, double *pressure)
+void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
+                      double *friction, double *pressure)
 {
     pdi_force_query q;
     memset(&q, 0, sizeof q);
@@ -301,12 +301,6 @@ void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, con
     pdi_force_cancel(flow->grid, force);
     if (friction) pdi_force_cancel(flow->grid, friction);
     if (pressure) pdi_force_cancel(flow->grid, pressure);
-}
-
-void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force, double *friction,
-                      double *pressure)
-{
-    pd_force_shape(ctx, flow, PD_FORCE_ALL, lo, hi, force, friction, pressure);
 }
 
 /* ---- around the body ---- */

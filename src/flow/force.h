@@ -8,22 +8,18 @@
 #define PD_FORCE_H
 #include "flow/flow.h"
 
-#define pd_force_shape PD_NAME(pd_force_shape)
 #define pd_force_surface PD_NAME(pd_force_surface)
 #define pd_force_balance PD_NAME(pd_force_balance)
 
+#define PD_FORCE_ALL (-1)   /* as shape: everything */
+#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
 /* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
  * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
  * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
- * momentum on the surface. */
-PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
+ * momentum on the surface. shape is an index in the shapes of the grid: all closed cells whose centres lie in it count,
+ * walls, and metal that has not dissolved. A cell of several shapes counts for each. */
+PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
-/* The force as above, on one shape. shape is its index in the shapes of the grid. The shape has the closed cells whose
- * centres lie in it: walls, and metal that has not dissolved. A cell of several shapes counts for each. */
-#define PD_FORCE_ALL (-1)   /* as shape: everything */
-#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
-PD_API void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
-                           double *friction, double *pressure);
 /* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a
  * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
  * within two cells of a side. */

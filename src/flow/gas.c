@@ -76,7 +76,7 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
     return good;
 }
 
-static int pdi_gas_holds(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
+static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 static int pdi_gas_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 
 /* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
@@ -89,9 +89,9 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     /* the mark of a bad node is a density of -1, which no admissible one has */
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (pdi_gas_holds(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
+        if (pdi_gas_has_state(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
     for (int32_t i = 0; i < total && bad < 0; i++)
-        if (pdi_gas_holds(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
+        if (pdi_gas_has_state(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
     return bad;
 }
 
@@ -601,9 +601,12 @@ static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     s->time, s->limit);
 }
 
-static pd_status pdi_gas_archive(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    return pd_gas_store(ctx, (pd_gas *)self, archive);
+    pd_gas *gas = (pd_gas *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
+    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
@@ -624,27 +627,20 @@ pd_process pd_gas_process(pd_gas *gas)
     memset(&p, 0, sizeof p);
     p.name = "gas";
     p.self = gas;
+    p.time = &gas->time;
     p.element = pdi_gas_element;
     p.elements = 2;
     p.inner = 1;
     p.steps = &gas->steps;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_gas_longest;
     p.attempt = pdi_gas_attempt;
     p.accept = pdi_gas_accept;
     p.reject = pdi_gas_again;
     p.stuck = pdi_gas_stuck;
-    p.store = pdi_gas_archive;
+    p.store = pdi_gas_store;
     p.balance = pdi_gas_balance;
     return p;
-}
-
-pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
-{
-    pd_process p = pd_gas_process(gas);
-    if (!(t_end >= gas->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
-    return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
@@ -774,7 +770,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     for (int32_t r = 0; r < gas->rows; r++)
         pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
     for (int32_t node = 0; node < total && desc->initial; node++)
-        if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
+        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
 }
 
@@ -783,13 +779,6 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
     if (status < 0) pd_gas_free(ctx, gas);
     return status;
-}
-
-pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
-    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
-    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)

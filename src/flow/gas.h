@@ -56,10 +56,8 @@ typedef struct pd_gas {
 #define pd_gas_build PD_NAME(pd_gas_build)
 #define pd_gas_limit PD_NAME(pd_gas_limit)
 #define pd_gas_step PD_NAME(pd_gas_step)
-#define pd_gas_run PD_NAME(pd_gas_run)
 #define pd_gas_process PD_NAME(pd_gas_process)
 #define pd_gas_free PD_NAME(pd_gas_free)
-#define pd_gas_store PD_NAME(pd_gas_store)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
  * gradient); inlets hold the state that the caller gives their ghosts (a far field: waves leave through them too).
@@ -72,17 +70,13 @@ PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density or pressure would turn non-positive, or a value infinite.
  * PD_ERR_STATE: the state before the step is not admissible. */
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
-/* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
-PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
-/* The gas as a part of a run, for pd_couple_add, with ledgers of mass and energy. */
+/* The gas as a process, with ledgers of mass and energy. Steps of cfl times the limit; rejected steps are halved.
+ * PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_process pd_gas_process(pd_gas *gas);
 #ifdef PDI_INTERNAL
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
 #endif
-/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors: those
- * of the archive; PD_ERR_STATE: the state is not admissible. */
-PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #ifdef PDI_INTERNAL

@@ -85,13 +85,13 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pd_flow *flow = im->flow;
     pd_steady_result result;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double tau = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * tau);
+    double steady = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * steady);
     if (im->steps > 0 || im->projected) return PD_OK;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
     pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, 0, &result);
-    flow->stabilisation = tau;
+    flow->stabilisation = steady;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
     if (status == PD_OK) im->projected = 1;
@@ -208,10 +208,10 @@ static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
 
 /* What moves with the flow sees it at the ends of steps as long as its own. */
-static pd_status pdi_implicit_span(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
-    return pdi_process_span(ctx, self, s);
+    return pdi_process_longest(ctx, self, s);
 }
 
 static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -277,10 +277,11 @@ pd_process pd_implicit_process(pd_implicit *im)
     memset(&p, 0, sizeof p);
     p.name = "flow in time";
     p.self = im;
+    p.time = &im->time;
     p.inner = 1;
     p.steps = &im->steps;
     p.start = pdi_implicit_start;
-    p.span = pdi_implicit_span;
+    p.longest = pdi_implicit_longest;
     p.limit = pdi_implicit_limit;
     p.attempt = pdi_implicit_attempt;
     p.accept = pdi_implicit_accept;
@@ -290,14 +291,6 @@ pd_process pd_implicit_process(pd_implicit *im)
     p.changed = pdi_implicit_changed;
     p.store = pdi_implicit_store;
     return p;
-}
-
-pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
-{
-    pd_process p = pd_implicit_process(im);
-    if (!(t_end >= im->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
-    return pdi_process_run(ctx, &p, im->time, t_end);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)

@@ -34,7 +34,6 @@ typedef struct pd_implicit {
 
 #define pd_implicit_build PD_NAME(pd_implicit_build)
 #define pd_implicit_step PD_NAME(pd_implicit_step)
-#define pd_implicit_run PD_NAME(pd_implicit_run)
 #define pd_implicit_process PD_NAME(pd_implicit_process)
 #define pd_implicit_free PD_NAME(pd_implicit_free)
 
@@ -43,10 +42,8 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge, or their
- * error does not fall. */
-PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
-/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+/* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
+ * do not converge, or their error does not fall. */
 PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 

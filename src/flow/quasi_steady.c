@@ -68,7 +68,7 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
     if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
     else
         snprintf(why, sizeof why,
-                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
+                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
                  q->flow->speed * q->flow->length / q->flow->nu);
     return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "

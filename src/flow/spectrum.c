@@ -88,14 +88,14 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
 static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double damp,
                                  double *dt)
 {
-    double square = 0.0, turn = 0.0;
+    double square = 0.0, along = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         square += slope[d] * slope[d];
-        turn += slope[d] * q->speed[d];
+        along += slope[d] * q->speed[d];
     }
     double size = sqrt(square);
     pdi_spectrum_wave(q, size, spread, damp, 0.0, dt);
-    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, damp, turn / size, dt);
+    if (along > 0.0) pdi_spectrum_wave(q, size, spread, damp, along / size, dt);
 }
 
 static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)

@@ -114,7 +114,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
 }
 
 /* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
-static void pdi_steady_product(void *user, const double *x, double *y)
+static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     pdi_steady_precondition(u->ctx, u->steady, x, y);
@@ -308,7 +308,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_apply, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */

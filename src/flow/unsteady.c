@@ -293,10 +293,11 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     memset(&p, 0, sizeof p);
     p.name = "explicit flow";
     p.self = un;
+    p.time = &un->time;
     p.inner = 1;
     p.steps = &un->steps;
     p.start = pdi_unsteady_start;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_unsteady_longest;
     p.attempt = pdi_unsteady_attempt;
     p.accept = pdi_unsteady_accept;
@@ -305,14 +306,6 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     p.changed = pdi_unsteady_changed;
     p.store = pdi_unsteady_store;
     return p;
-}
-
-pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
-{
-    pd_process p = pd_unsteady_process(un);
-    if (!(t_end >= un->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
-    return pdi_process_run(ctx, &p, un->time, t_end);
 }
 
 void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)

@@ -38,7 +38,6 @@ typedef struct pd_unsteady {
 #define pd_unsteady_build PD_NAME(pd_unsteady_build)
 #define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
 #define pd_unsteady_step PD_NAME(pd_unsteady_step)
-#define pd_unsteady_run PD_NAME(pd_unsteady_run)
 #define pd_unsteady_process PD_NAME(pd_unsteady_process)
 #define pd_unsteady_free PD_NAME(pd_unsteady_free)
 
@@ -50,9 +49,8 @@ PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
 PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
 PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
-/* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
-PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
-/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+/* The flow as a process; it prepares the flow. Steps of cfl times the limit; rejected steps are halved. PD_ERR_STATE:
+ * 20 halvings did not help. */
 PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 

@@ -83,7 +83,7 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
     pdi_canvas_fill(canvas, right, top, right + 1, bottom, colour);
 }
 
-/* Distance of a point from the stretch a-b. */
+/* Distance of a point from the segment a-b. */
 static double pdi_canvas_distance(double x, double y, double xa, double ya, double dx, double dy)
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
@@ -91,7 +91,7 @@ static double pdi_canvas_distance(double x, double y, double xa, double ya, doub
     return hypot(x - xa - s * dx, y - ya - s * dy);
 }
 
-/* Cut the stretch a-b to one band of one coordinate; 0 when nothing is left. */
+/* Cut the segment a-b to one band of one coordinate; 0 when nothing is left. */
 static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
 {
     if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;

@@ -91,9 +91,9 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
 PDI_FN uint32_t pdi_colour_label(int64_t number)
 {
     /* Turning by the golden angle keeps neighbouring numbers far apart. */
-    double turn = 137.50776405003785 * (double)(number % 1000003);
+    double hue = 137.50776405003785 * (double)(number % 1000003);
     int shade = (int)((number % 3 + 3) % 3);
-    return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(turn, 360.0)));
+    return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(hue, 360.0)));
 }
 
 PDI_FN uint32_t pdi_colour_series(int k)

@@ -16,19 +16,19 @@
 #endif
 
 #define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
-#define PDI_FOLDER_TURNS 8 /* locks that go while they are taken */
+#define PDI_FOLDER_TRIES 8 /* locks that go while they are taken */
 
-typedef enum pdi_folder_turn {
+typedef enum pdi_folder_state {
     PDI_FOLDER_OURS = 0,
     PDI_FOLDER_BUSY,
     PDI_FOLDER_GONE, /* the file was removed in between */
     PDI_FOLDER_ERROR
-} pdi_folder_turn;
+} pdi_folder_state;
 
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
-static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct _stat info;
     if (!make) return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
@@ -63,7 +63,7 @@ static int pdi_folder_busy(int lock)
 #endif
 }
 
-static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct stat ours, there;
     errno = 0;
@@ -107,15 +107,15 @@ static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
 }
 
-static pd_status pdi_folder_hold(pd_ctx *ctx, pd_folder *f)
+static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
-    pdi_folder_turn turn = PDI_FOLDER_GONE;
+    pdi_folder_state state = PDI_FOLDER_GONE;
     PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LOCK, path));
-    for (int k = 0; k < PDI_FOLDER_TURNS && turn == PDI_FOLDER_GONE; k++) turn = pdi_folder_take(path, 1, &f->lock);
-    if (turn == PDI_FOLDER_ERROR)
+    for (int k = 0; k < PDI_FOLDER_TRIES && state == PDI_FOLDER_GONE; k++) state = pdi_folder_take(path, 1, &f->lock);
+    if (state == PDI_FOLDER_ERROR)
         return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
-    if (turn != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
+    if (state != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
     f->held = 1;
     snprintf(number, sizeof number, "%-20ld\n", pdi_folder_process()); /* over that of a run that was killed */
     pdi_folder_write(f->lock, number);
@@ -223,7 +223,7 @@ PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run,
 {
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
-    pd_status status = pdi_folder_hold(ctx, f);
+    pd_status status = pdi_folder_claim(ctx, f);
     if (status == PD_OK) status = pdi_folder_begin(ctx, f);
     if (status < 0) pdi_folder_close(f);
     return status;
@@ -238,9 +238,9 @@ PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run
     PDI_TRY(pdi_folder_init(ctx, path, run, &f));
     PDI_TRY(pdi_file_can_make(ctx, path));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
-    pdi_folder_turn turn = pdi_folder_take(lock, 0, &f.lock);
-    if (turn == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
-    if (turn == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
+    pdi_folder_state state = pdi_folder_take(lock, 0, &f.lock);
+    if (state == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
+    if (state == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
     PDI_TRY(pdi_folder_head(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
     return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
@@ -254,7 +254,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     FILE *there = fopen(list, "rb");
     if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
-    return pdi_folder_hold(ctx, f);
+    return pdi_folder_claim(ctx, f);
 }
 
 PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
@@ -300,4 +300,4 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 }
 
 #undef PDI_FOLDER_HEAD
-#undef PDI_FOLDER_TURNS
+#undef PDI_FOLDER_TRIES

@@ -31,7 +31,7 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[96];
     int x_label_start;
-    double stretch;  /* y against x */
+    double aspect;  /* y against x */
     int has_bar, has_solid, has_wall;
 } pdi_picture_layout;
 
@@ -119,9 +119,9 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (p->magnification) scale = p->magnification * p->nx / lx;
     l->x = pdi_picture_fit(p->nx, scale * lx);
     l->y = pdi_picture_fit(p->ny, scale * ly);
-    l->stretch = (l->y.pixels / ly) / (l->x.pixels / lx);
+    l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
     double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
-    if (fabs(l->stretch - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
+    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
@@ -142,8 +142,8 @@ static int pdi_picture_widest(const pdi_ticks *axis)
 /* The label of the x axis also confesses a stretched axis. */
 static void pdi_picture_x_label(pdi_picture_layout *l)
 {
-    char axis = l->stretch > 1 ? 'y' : 'x';
-    double times = l->stretch > 1 ? l->stretch : 1 / l->stretch;
+    char axis = l->aspect > 1 ? 'y' : 'x';
+    double times = l->aspect > 1 ? l->aspect : 1 / l->aspect;
     if (times > 1.05)
         snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
     else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);

@@ -180,7 +180,7 @@ pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, doubl
 
 /* PVD. */
 
-pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
+PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
 {
     memset(pvd, 0, sizeof *pvd);
     if (!path || !path[0] || strlen(path) >= PD_PATH_SIZE)
@@ -190,7 +190,7 @@ pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
     return PD_OK;
 }
 
-void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
+PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 {
     PDI_DELETE(ctx, pvd->capacity, pvd->entries);
     memset(pvd, 0, sizeof *pvd);
@@ -221,10 +221,10 @@ static pd_status pdi_vti_save_series(pd_ctx *ctx, const pd_pvd *pvd)
     return status;
 }
 
-pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
+PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
 {
     char line[PDI_VTI_TEXT + 128], name[PDI_VTI_TEXT], stamp[PDI_NUMBER_SIZE];
-    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pd_pvd_init");
+    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
     if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
     if (pvd->count && !(time > pvd->last))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",

@@ -37,22 +37,19 @@ typedef struct pd_pvd {
 } pd_pvd;
 
 #define pd_vti_write PD_NAME(pd_vti_write)
-#define pd_pvd_init PD_NAME(pd_pvd_init)
-#define pd_pvd_add PD_NAME(pd_pvd_add)
-#define pd_pvd_free PD_NAME(pd_pvd_free)
 
 /* Write `count` fields of the box at time [s], aside and renamed. PD_ERR_ARGUMENT: a field without name or data, two
  * of one name, time not finite; PD_ERR_FILE. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
-/* Start an empty collection; the file appears with the first entry. */
-PD_API pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection aside. Times must increase: PD_ERR_ARGUMENT. A file in the
- * directory of the collection is listed by its name alone, so that the directory can be moved. */
-PD_API pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
-PD_API void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 
 #ifdef PDI_INTERNAL
+/* Start an empty collection; the file appears with the first entry. */
+PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
+/* Add a file at time [s] and rewrite the collection aside. Times must increase: PD_ERR_ARGUMENT. A file in the
+ * directory of the collection is listed by its name alone, so that the directory can be moved. */
+PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
+PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 /* The entries of a collection, into an empty one. */
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 #endif

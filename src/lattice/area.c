@@ -165,9 +165,9 @@ static pd_status pdi_area_add_direction(pd_ctx *ctx, pdi_area_fit *fit, const do
     return PD_OK;
 }
 
-/* Barycentric mesh of the positive octant (quadrant), stretched by `stretch`; of directions that exchanging axes of
+/* Barycentric mesh of the positive octant (quadrant), stretched by `scale`; of directions that exchanging axes of
  * equal spacing maps onto each other one is kept. */
-static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *stretch, int divisions)
+static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *scale, int divisions)
 {
     int index[3];
     for (index[0] = 0; index[0] <= divisions; index[0]++)
@@ -181,7 +181,7 @@ static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, 
                 for (int b = a + 1; b < PD_DIM; b++)
                     if (pdi_area_equal_spacing(h[a], h[b]) && index[b] > index[a]) keep = 0;
                 if (index[a] == divisions) keep = 0;
-                direction[a] = index[a] * stretch[a];
+                direction[a] = index[a] * scale[a];
             }
             if (keep) PDI_TRY(pdi_area_add_direction(ctx, fit, direction));
         }

@@ -404,7 +404,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
 }
 
 /* Inverse moments where the open bonds may not span space (a channel one node wide). */
-static void pdi_bond_settle(const double *norm, const double *moment, const double *closure, double *inverse)
+static void pdi_bond_invert_open(const double *norm, const double *moment, const double *closure, double *inverse)
 {
     if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
     if (pdi_bond_invert(norm, moment, closure, 1e-9, inverse)) return;
@@ -442,11 +442,11 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
     if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
     pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_settle(bonds->norm, moment, closure, inverse);
+    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
     if (rests) return;
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
-    pdi_bond_settle(norm, entry, closure, advecting);
+    pdi_bond_invert_open(norm, entry, closure, advecting);
     pdi_bond_transpose(norm, advecting);
 }
 

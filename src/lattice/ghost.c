@@ -9,7 +9,7 @@ static void pdi_ghost_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ghosts, node, ghosts->capacity, "1");
     PDI_ARRAY(owner, ghosts, source, ghosts->capacity, "1");
     PDI_ARRAY(owner, ghosts, odd, ghosts->capacity, "1");
-    PDI_ARRAY(owner, ghosts, port, ghosts->capacity, "1");
+    PDI_ARRAY(owner, ghosts, across, ghosts->capacity, "1");
 }
 
 static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
@@ -27,14 +27,14 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
 }
 
 /* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
-static int pdi_ghost_port(const pd_grid *grid, int32_t node)
+static int pdi_ghost_across(const pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM], port = 0;
+    int i[PD_DIM], across = 0;
     pdi_grid_index(grid, node, i);
     pdi_grid_fold(grid, i);
     for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) port |= 1 << d;
-    return port;
+        if (i[d] < 0 || i[d] >= grid->n[d]) across |= 1 << d;
+    return across;
 }
 
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
@@ -44,9 +44,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
     g->source[g->listed] = pdi_grid_image(grid, node, &flip);
-    g->port[g->listed] = (uint8_t)pdi_ghost_port(grid, node);
+    g->across[g->listed] = (uint8_t)pdi_ghost_across(grid, node);
     /* all components but the normal one change their sign behind an outlet */
-    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->port[g->listed];
+    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->across[g->listed];
     if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
@@ -96,7 +96,7 @@ PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
             double there = v[(int64_t)d * g->grid->total + source];
             *value = side;
             if (g->grid->kind[source] != PD_FLUID) continue;
-            *value += side + ((g->odd[at] ^ g->port[at]) >> d & 1 ? there : -there);
+            *value += side + ((g->odd[at] ^ g->across[at]) >> d & 1 ? there : -there);
         }
 }
 

@@ -15,7 +15,7 @@ typedef struct pd_ghosts {
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
     uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
-    uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
+    uint8_t *across;        /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)

@@ -257,7 +257,7 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d has type %d, which is none", k, (int)s->type);
 }
 
-pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
+PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
 {
     int evaluations[PD_SHAPE_MAX];
     if (count < 0 || (count > 0 && !shapes))

@@ -31,7 +31,6 @@ typedef struct pd_shape {
     int n[PD_DIM];
 } pd_shape;
 
-#define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
 
 /* Most entries of an array of shapes. */
@@ -39,13 +38,13 @@ typedef struct pd_shape {
 /* Most evaluations of primitives and operations for one point. An entry that is used n times counts n times. */
 #define PD_SHAPE_MAX_EVALUATIONS 4096
 
-/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
- * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
-PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
+ * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
+PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Planes that a shape goes on behind: x_d = lo[d] (bit 2 d of `sides`) and x_d = hi[d] (bit 2 d + 1). */
 typedef struct pdi_shape_frame {
     const double *lo, *hi; /* [m] */

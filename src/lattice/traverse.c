@@ -14,8 +14,8 @@ static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most
 PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
                                const void *user)
 {
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
     (void)nt;
     PDI_PARALLEL(nt)
     {
@@ -29,7 +29,7 @@ PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 /* The operands of a sweep in blocks. */

@@ -15,11 +15,11 @@
 #define PDI_CONTENT_SHELTERED 0.6
 
 /* Who can take over from a node that leaves. */
-typedef enum pdi_content_heir {
+typedef enum pdi_content_receiver {
     PDI_CONTENT_BEHIND, /* solid that the fluid reaches clearly less than the node itself: the next layer */
     PDI_CONTENT_SOLID,  /* any solid */
     PDI_CONTENT_FLUID   /* fluid, through the next transport step */
-} pdi_content_heir;
+} pdi_content_receiver;
 
 /* A piece of metal: nodes that can hand over to each other, directly or through others. */
 typedef struct pdi_content_piece {
@@ -58,13 +58,13 @@ PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
 }
 
 /* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
-static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
+static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_receiver receiver)
 {
     int32_t i = pdi_entry_far(d->bonds, j, k);
-    uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
+    uint8_t wanted = receiver == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
     if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
-    if (heir == PDI_CONTENT_FLUID) return d->weight[k];
-    if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
+    if (receiver == PDI_CONTENT_FLUID) return d->weight[k];
+    if (receiver == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
 }
 
@@ -107,7 +107,7 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
  * metal gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
-    double take = dt * pdi_metal_span(d, j);
+    double take = dt * pdi_metal_supply(d, j);
     pdi_content_begin(d, j, p);
     for (int32_t n = 0; n < p->count; n++) {
         int32_t i = p->node[n];
@@ -149,7 +149,7 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     for (int32_t j = 0; j < d->grid->total; j++) {
         d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
         if (d->exposed[j])
-            all += fmax(dt * pdi_metal_span(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+            all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
@@ -210,19 +210,19 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
 /* The bond along which node j hands over the share of bond k: k itself, unless k leads to another metal. Then the share
  * goes as deep into the metal of j, straight behind j. As much would have come from the other metal, so a flat front
  * over two metals stays flat. -1: none. */
-static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
+static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_receiver receiver)
 {
     const pd_stencil *s = d->bonds->stencil;
     const double *xi = s->xi + k * PD_DIM;
     double length = pdi_vec_dot(inward, inward), along = 0.0;
     int32_t n[PD_DIM];
-    if (heir == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
+    if (receiver == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
     if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
     for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
     for (int b = 0; b < s->count; b++) {
         int equal = 1;
         for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];
-        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, heir) > 0.0 ? b : -1;
+        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, receiver) > 0.0 ? b : -1;
     }
     return -1;
 }
@@ -236,16 +236,16 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
     double inward[PD_DIM] = {0.0};
     if (d->kinds > 1) pdi_content_inward(d, j, inward);
     for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
-        pdi_content_heir heir = (pdi_content_heir)order;
+        pdi_content_receiver receiver = (pdi_content_receiver)order;
         double sum = 0.0;
-        if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
+        if (receiver == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
         for (int k = 0; k < count; k++)
-            if (pdi_content_path(d, j, k, inward, heir) >= 0) sum += pdi_content_share(d, j, k, heir);
+            if (pdi_content_path(d, j, k, inward, receiver) >= 0) sum += pdi_content_share(d, j, k, receiver);
         if (!(sum > 0.0)) continue;
-        double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
+        double *target = receiver == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int path = pdi_content_path(d, j, k, inward, heir);
-            double share = pdi_content_share(d, j, k, heir) / sum;
+            int path = pdi_content_path(d, j, k, inward, receiver);
+            double share = pdi_content_share(d, j, k, receiver) / sum;
             if (path < 0 || !(share > 0.0)) continue;
             int32_t i = pdi_entry_far(d->bonds, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
@@ -285,7 +285,7 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
 
 /* Spent nodes leave the solid. All of a round leave together, so a flat layer leaves as one. What they hand over may be
  * negative and empty other nodes, which leave in the next round. */
-static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
+static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c;
     for (int32_t first = 0;;) {
@@ -352,7 +352,7 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
 static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
 {
     const double *c = d->transport->c;
-    double take = dt * pdi_metal_span(d, at);
+    double take = dt * pdi_metal_supply(d, at);
     return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
@@ -394,7 +394,7 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t i = d->front[f];
         if (d->mark[i] & PDI_CONTENT_TURNED) continue;
-        double take = dt * pdi_metal_span(d, i);
+        double take = dt * pdi_metal_supply(d, i);
         if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
     }
     for (int32_t n = 0; n < candidates; n++)
@@ -442,13 +442,13 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     d->changed_count = 0;
     /* the place of the surface follows from the contents, so all rates come first */
     for (int32_t f = 0; f < d->front_count; f++)
-        c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
+        c[d->front[f]] -= dt * pdi_metal_supply(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {
         c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
         pdi_content_note(d, d->piece[n]);
     }
     if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
-    else PDI_TRY(pdi_content_settle(ctx, d));
+    else PDI_TRY(pdi_content_turn_spent(ctx, d));
     if (d->desc.activation) pdi_content_rinse(d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;

@@ -100,6 +100,11 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, next_dt, "s");
     PDI_VALUE(owner, dissolve, last_dt, "s");
     PDI_VALUE(owner, dissolve, turned, "1");
+    PDI_VALUE(owner, dissolve, out, "mol");
+    PDI_VALUE(owner, dissolve, in, "mol");
+    PDI_VALUE(owner, dissolve, krylov, "1");
+    PDI_VALUE(owner, dissolve, result.limiter, "1");
+    PDI_VALUE(owner, dissolve, result.change, "1");
 }
 
 PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
@@ -123,8 +128,8 @@ static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
         if (d->grid->kind[j] != PD_SOLID) continue;
         for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
-        double span = pdi_metal_solid(d, j) - d->desc.saturation;
-        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * span;
+        double supply = pdi_metal_solid(d, j) - d->desc.saturation;
+        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * supply;
     }
 }
 
@@ -138,7 +143,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->solid = kind->law.solid;
         double threshold = pdi_metal_bonds(d) ? d->desc.saturation / kind->solid : d->desc.threshold;
         kind->end = threshold * kind->solid;
-        kind->span = kind->solid * (1.0 - threshold);
+        kind->supply = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
         if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
@@ -259,7 +264,10 @@ static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double 
     if (most > least) *taken = fmax(*taken, share * most);
 }
 
-PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
+/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
+ * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
+ */
+static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
 {
     *error = *taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
@@ -267,7 +275,7 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
         pdi_law law;
         double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
         for (int m = 0; m < d->kinds; m++)
-            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].span;
+            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
         pdi_interface_law(d, beside, &law);
         if (pdi_metal_bonds(d)) {
             pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
@@ -396,7 +404,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
             near = fmax(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
-        int found = beside->point.pinned ? pdi_law_hold(&law, need, held, &beside->point)
+        int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
         if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
@@ -507,7 +515,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 /* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
  * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
  * gives it. */
-static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
+static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
     if (!t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* else it is that of the last round */
@@ -536,13 +544,15 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     }
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
     pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
-    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
+    if (status >= 0 && status != PD_RETRY) pdi_dissolve_final_speeds(ctx, d, dt);
     t->pinned_count = 0;
     t->rough = 0;
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
+ * change; bonds, flow and transport are the caller's to update with d->changed). */
+static pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -551,21 +561,170 @@ PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
-{
-    double volume;
-    (void)ctx;
-    return pdi_content_stock(d, &volume);
-}
-
-double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
-    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_span(d, i);
+    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
+
+/* ---- the process ---- */
+
+/* Share of `fraction` that the course of a law within a step may cost. */
+#define PDI_DISSOLVE_EXACT 0.04
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
+#define PDI_DISSOLVE_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
+#define PDI_DISSOLVE_SHORTEST 1e-9
+
+PDI_COLD_BEGIN
+static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
+}
+
+/* The longest admissible step. */
+static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->most = PDI_DISSOLVE_EXCESS * s->fraction;
+    d->rtol = s->rtol;
+    d->lost = s->lost;
+    d->time = s->time;
+    d->longest = 0.0;
+    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    double fastest = pdi_dissolve_fastest(ctx, d);
+    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
+    s->dt = fmin(s->dt, d->next_dt);
+    return pdi_process_longest(ctx, self, s);
+}
+
+static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    PDI_TRY(pdi_dissolve_longest(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    return PD_OK;
+}
+
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    double end = s->time + s->dt;
+    s->error = pdi_dissolve_shorten(d, s);
+    if (s->error < 1.0) return PD_RETRY;
+    if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
+        d->time = s->time + 0.5 * s->dt;
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    }
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
+    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
+    d->krylov += status < 0 ? 0 : d->result.krylov;
+    d->longest = fmax(d->longest, s->dt);
+    return status;
+}
+
+static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    double left = s->limit - s->time;
+    if (s->error < 1.0) {
+        s->dt = pdi_process_even(left, s->dt * s->error);
+        return PD_OK;
+    }
+    if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "dissolve",
+                        "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
+                        "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
+                        s->time, s->dt, d->most);
+    s->dt = pdi_process_even(left, d->retry_dt);
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->out += s->dt * d->transport->outflow;
+    d->in += s->dt * d->transport->inflow;
+    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    d->out += d->rinsed;
+    s->turned = d->changed;
+    s->turned_count = d->changed_count;
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    (void)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
+                    "small, or the metal dissolves too fast", s->dt, s->time, s->limit, s->fraction, s->max_step);
+}
+
+static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    PDI_TRY(pd_transport_update(ctx, d->transport));
+    if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->reached = 0; /* films may be read */
+    PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
+    return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
+}
+
+static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    (void)k;
+    double volume;
+    a->solid += pdi_content_stock(d, &volume);
+    a->volume += volume;
+    a->dissolved += pd_transport_stock(ctx, d->transport);
+    a->carry += pd_transport_carried(ctx, d->transport);
+    a->out += d->out;
+    a->in += d->in;
+}
+
+pd_process pd_dissolve_process(pd_dissolve *d)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "dissolution";
+    p.self = d;
+    p.element = pdi_transport_element();
+    p.elements = 1;
+    p.start = pdi_dissolve_start;
+    p.longest = pdi_dissolve_longest;
+    p.limit = pdi_dissolve_limit;
+    p.attempt = pdi_dissolve_attempt;
+    p.accept = pdi_dissolve_accept;
+    p.reject = pdi_dissolve_reject;
+    p.stuck = pdi_dissolve_stuck;
+    p.changed = pdi_dissolve_changed;
+    p.store = pdi_dissolve_store;
+    p.balance = pdi_dissolve_balance;
+    return p;
+}
+PDI_COLD_END
 
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {

@@ -16,15 +16,21 @@
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
 #include "metal/metal.h"
+#include "solve/process.h"
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
+#define pd_dissolve_process PD_NAME(pd_dissolve_process)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+/* Transport together with the metal, one implicit system, as a process. A step is as long as no solid node loses more
+ * than a set fraction and the error in time of what is lost allows. What a law knows of time holds at the middle of the
+ * step, which is of second order. */
+PD_API pd_process pd_dissolve_process(pd_dissolve *dissolve);
+PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
 #ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
@@ -36,22 +42,9 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
 PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
-/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
- * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
-PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-#endif
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
-PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
-PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
-
-#ifdef PDI_INTERNAL
-/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
- * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
- */
-PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
 /* Its arrays; those of the fluid beside metal, which are made later. */
 PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
 PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);

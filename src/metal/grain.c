@@ -23,12 +23,12 @@
  * this number. */
 #define PDI_GRAIN_ONE 1e6
 
-/* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */
+/* The seed lattice: cell q of edge `edge`, x = axes (q + shift) edge. One seed a cell in the mean. */
 typedef struct pdi_grain_lattice {
     uint64_t seed;
     double edge;   /* [m] */
     double jitter; /* largest displacement from the cell centre, in cells; < 0: Poisson process */
-    double turn[PD_DIM][PD_DIM], shift[PD_DIM];
+    double axes[PD_DIM][PD_DIM], shift[PD_DIM];
 } pdi_grain_lattice;
 
 /* Standard deviation of the equivalent diameter over `size` for jitter 0, 1/8, 2/8, .., measured on 3e4 grains and
@@ -89,7 +89,7 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
         lattice->shift[a] = pdi_rng_uniform(lattice->seed, PDI_GRAIN_STREAM_SHIFT, (uint64_t)a);
         double norm = 0.0;
         for (uint64_t attempt = 0; !(norm > 0.01); attempt++) {
-            double *row = lattice->turn[a];
+            double *row = lattice->axes[a];
             for (int b = 0; b < PD_DIM; b++) {
                 double pair[2];
                 uint64_t counter = (attempt * PD_DIM + (uint64_t)a) * PD_DIM + (uint64_t)b;
@@ -97,8 +97,8 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
                 row[b] = pair[0];
             }
             for (int c = 0; c < a; c++) {
-                double dot = pdi_vec_dot(row, lattice->turn[c]);
-                for (int b = 0; b < PD_DIM; b++) row[b] -= dot * lattice->turn[c][b];
+                double dot = pdi_vec_dot(row, lattice->axes[c]);
+                for (int b = 0; b < PD_DIM; b++) row[b] -= dot * lattice->axes[c][b];
             }
             norm = pdi_vec_norm(row);
             for (int b = 0; b < PD_DIM; b++) row[b] /= norm > 0.01 ? norm : 1.0;
@@ -139,7 +139,7 @@ static void pdi_grain_cell_seed(const pdi_grain_lattice *lattice, const int64_t 
     }
     for (int b = 0; b < PD_DIM; b++) {
         x[b] = 0.0;
-        for (int a = 0; a < PD_DIM; a++) x[b] += lattice->edge * at[a] * lattice->turn[a][b];
+        for (int a = 0; a < PD_DIM; a++) x[b] += lattice->edge * at[a] * lattice->axes[a][b];
     }
 }
 
@@ -152,8 +152,8 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
     for (int a = 0; a < PD_DIM; a++) {
         double middle = 0.0, half = 0.0;
         for (int b = 0; b < PD_DIM; b++) {
-            middle += 0.5 * (lo[b] + hi[b]) * lattice->turn[a][b];
-            half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->turn[a][b]);
+            middle += 0.5 * (lo[b] + hi[b]) * lattice->axes[a][b];
+            half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->axes[a][b]);
         }
         double reach = half / lattice->edge + fmax(lattice->jitter, 0.5) + 1.0;
         double from = middle / lattice->edge - lattice->shift[a];
@@ -273,21 +273,21 @@ static int32_t pdi_grain_nearest(const pd_grain *grain, const double *x, double 
     int32_t nearest = PDI_GRAIN_UNSURE, bin;
     pdi_grain_bin(grain, x, base);
     for (int d = 0; d < PD_DIM; d++) widest = grain->bin_n[d] > widest ? grain->bin_n[d] : widest;
-    for (int ring = 0; ring < widest; ring++) {
-        double beyond = (ring - 1) * grain->bin_edge * (1.0 - 1e-12);
-        if (ring > 1 && best < beyond * beyond) break;
-        for (int d = 0; d < PD_DIM; d++) step[d] = -ring;
+    for (int shell = 0; shell < widest; shell++) {
+        double beyond = (shell - 1) * grain->bin_edge * (1.0 - 1e-12);
+        if (shell > 1 && best < beyond * beyond) break;
+        for (int d = 0; d < PD_DIM; d++) step[d] = -shell;
         for (int axis = 0; axis < PD_DIM;) {
-            int on_ring = 0;
+            int on_shell = 0;
             for (int d = 0; d < PD_DIM; d++) {
-                on_ring = on_ring || step[d] == ring || step[d] == -ring;
+                on_shell = on_shell || step[d] == shell || step[d] == -shell;
                 j[d] = base[d] + step[d];
             }
-            double at_least = on_ring ? pdi_grain_bin_distance(grain, x, j, &bin) : -1.0;
+            double at_least = on_shell ? pdi_grain_bin_distance(grain, x, j, &bin) : -1.0;
             if (at_least >= 0.0 && at_least <= best) pdi_grain_scan(grain, bin, x, &best, &nearest);
             for (axis = 0; axis < PD_DIM; axis++) {
-                if (++step[axis] <= ring) break;
-                step[axis] = -ring;
+                if (++step[axis] <= shell) break;
+                step[axis] = -shell;
             }
         }
     }

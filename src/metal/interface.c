@@ -20,7 +20,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 {
     double diffusivity = pdi_interface_diffusivity(d, beside->node);
     if (pdi_metal_bonds(d)) return 0.0;
-    double flux = d->kind[0].span * (beside->flux / beside->weight), film = beside->film / beside->weight;
+    double flux = d->kind[0].supply * (beside->flux / beside->weight), film = beside->film / beside->weight;
     return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
 }
 
@@ -51,7 +51,7 @@ PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_span(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -170,7 +170,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     portion->stock += weight * d->transport->c[j];
     if (pdi_metal_bonds(d)) return;
     beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
-    beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_span(d, j) / d->kind[0].span));
+    beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
 }
@@ -259,7 +259,7 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = 1.0;
     *part = 0.0;
     if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
-    *part = kind->ratio / kind->span;
+    *part = kind->ratio / kind->supply;
     *whole = *part * portion->stock / portion->weight;
 }
 
@@ -340,8 +340,8 @@ PDI_FN void pdi_interface_means(pd_dissolve *d)
             if (!pdi_metal_bonds(d) || !(portion->weight > 0.0)) continue;
             /* the line is that of the law times the mean drive of the bonds */
             pdi_interface_drive(d, portion, &whole, &part);
-            double driven = whole - part * d->transport->c[beside->node];
-            portion->mean = driven > 0.0 ? portion->speed / driven : 0.0;
+            double drive = whole - part * d->transport->c[beside->node];
+            portion->mean = drive > 0.0 ? portion->speed / drive : 0.0;
         }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);

@@ -29,7 +29,7 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int me
 PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
 /* The law beside a node. A drive by difference is part of it. */
 PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
-/* Rate [1/s] at which exposed node f loses its span. */
+/* Rate [1/s] at which exposed node f loses its supply. */
 PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 /* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
  * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */

@@ -77,7 +77,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
  * and is the speed of the line. 0: the point has left the jump, and there is another line. */
-PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
+PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *point);
 /* Least V between concentrations a and c where the law rises in between, else HUGE_VAL. It may be below V at both. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
 

@@ -81,7 +81,7 @@ typedef struct pd_dissolve {
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
     double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
-    double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
+    double most;              /* [-] set like time: the largest share of its supply that a node may lose in a step; 0:
                                * any */
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
     double lost;              /* [mol] set like time: lost before the step */
@@ -92,7 +92,7 @@ typedef struct pd_dissolve {
     struct pdi_beside *beside; /* these nodes */
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
-    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
     struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
     int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
     int32_t reach_capacity, reach_rows;
@@ -107,13 +107,18 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double rinsed;            /* [mol] activation: what is gone in the last step */
+    /* ---- a run: */
+    pd_transport_result result; /* of the last step */
+    double longest;           /* [s] attempt at the step at hand */
+    double out, in;           /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
+    int64_t krylov;
 } pd_dissolve;
 
 #ifdef PDI_INTERNAL
 
 /* A metal: Cs, content that it loses before it turns fluid, content at which it turns [mol/m3], law. */
 typedef struct pdi_metal_kind {
-    double solid, span, end;
+    double solid, supply, end;
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
@@ -163,7 +168,7 @@ static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc
 /* Cs there. */
 static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
 /* What an intact node j loses before it turns fluid [mol/m3]. */
-static inline double pdi_metal_span(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].span; }
+static inline double pdi_metal_supply(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].supply; }
 /* Content at which node j turns [mol/m3]. */
 static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
 {
@@ -174,10 +179,10 @@ static inline pdi_metal_beside *pdi_metal_portion(const pd_dissolve *d, const pd
 {
     return d->portion + (beside - d->beside) * d->kinds;
 }
-/* Content of node j above what stays in it, as a share of the span. */
+/* Content of node j above what stays in it, as a share of the supply. */
 static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 {
-    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d, j);
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_supply(d, j);
 }
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
@@ -202,7 +207,7 @@ static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
     const pdi_metal_kind *kind = &d->kind[pdi_metal_of(d, j)];
-    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->span;
+    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->supply;
 }
 #endif
 

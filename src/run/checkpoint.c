@@ -8,10 +8,10 @@
 /* The text of the scene. */
 static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive *archive)
 {
-    int64_t size = (int64_t)u->identity_size;
+    int64_t size = (int64_t)u->fingerprint_size;
     char *kept = NULL;
     PDI_TRY(PDI_KEEP(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->identity, size);
+    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_SCENE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
                         (double)size, PDI_CHECKPOINT_SCENE);

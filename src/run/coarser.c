@@ -73,7 +73,7 @@ static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor
     }
     do {
         uint8_t kind;
-        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
+        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: widths", blocks));
         if (!pdi_coarser_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
@@ -109,8 +109,9 @@ static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine
         if (coarse->grid.h[d] > coarse->grid.h[axis]) axis = d;
     pdi_setup_show(coarse->grid.h[axis], "m", spacing);
     pdi_setup_show(x[0], "m", place);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin", "the lattice at h = %s cannot hold the scene: the %s near x = %s %s",
-                    spacing, names[fine->grid.kind[node]], place, what);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+                    "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
+                    names[fine->grid.kind[node]], place, what);
 }
 
 /* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
@@ -128,7 +129,7 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
         int32_t node = pd_grid_node(&fine->grid, i);
         uint8_t kind = fine->grid.kind[node];
         pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
-        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
+        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: parts", node));
         if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
             return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
@@ -140,25 +141,25 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
     return PD_OK;
 }
 
-static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
+static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                    pdi_coarser_lattice *fine, pdi_coarser_lattice *coarse)
 {
     uint8_t *wide = NULL;
     int line;
     PDI_TRY(pdi_model_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
-    PDI_TRY(pdi_model_grid(ctx, twin, &line, &coarse->stencil, &coarse->grid));
-    PDI_TRY(PDI_NEW(ctx, "twin", fine->grid.total, wide));
+    PDI_TRY(pdi_model_grid(ctx, coarser, &line, &coarse->stencil, &coarse->grid));
+    PDI_TRY(PDI_NEW(ctx, "coarser", fine->grid.total, wide));
     pd_status status = pdi_coarser_compare(ctx, fine, coarse, factor, wide);
     PDI_DELETE(ctx, fine->grid.total, wide);
     return status;
 }
 
-static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
+static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor)
 {
     pdi_coarser_lattice fine, coarse;
     memset(&fine, 0, sizeof fine);
     memset(&coarse, 0, sizeof coarse);
-    pd_status status = pdi_coarser_lattices(ctx, setup, twin, factor, &fine, &coarse);
+    pd_status status = pdi_coarser_lattices(ctx, setup, coarser, factor, &fine, &coarse);
     pd_grid_free(ctx, &coarse.grid);
     pd_stencil_free(ctx, &coarse.stencil);
     pd_grid_free(ctx, &fine.grid);
@@ -171,7 +172,7 @@ static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
     for (int d = 0; d < PD_DIM; d++) {
         int cells = pdi_setup_cells(setup, d);
         if (cells % factor)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
                             " multiple of %d", factor, cells, "xyz"[d], factor);
     }
@@ -187,7 +188,7 @@ static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor
     int inside = index > PDI_COARSER_NEAR && index < pdi_setup_cells(setup, axis) - PDI_COARSER_NEAR;
     if (!inside || fabs(index - whole) > PDI_COARSER_NEAR || (int)whole % factor == 0) return PD_OK;
     pdi_setup_show(place, "m", text);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
                     "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
@@ -209,54 +210,54 @@ static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int facto
 }
 
 /* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
-static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *twin)
+static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *coarser)
 {
     int low = m->index / factor, rest = m->index % factor;
     for (int side = 0; side < (rest ? 2 : 1); side++) {
-        int k = twin->setup.monitors;
+        int k = coarser->setup.monitors;
         if (low + side < 1 || low + side > cells / factor - 1)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
                             factor, m->name);
         if (k == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "twin",
+            return pdi_fail(ctx, PD_ERR_SIZE, "coarser",
                             "more than %d sections, because planes between those of the lattice count twice",
                             PD_SETUP_MONITORS);
-        twin->setup.monitor[k] = *m;
-        twin->setup.monitor[k].index = low + side;
-        twin->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
-        twin->setup.monitors++;
+        coarser->setup.monitor[k] = *m;
+        coarser->setup.monitor[k].index = low + side;
+        coarser->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
+        coarser->setup.monitors++;
     }
     return PD_OK;
 }
 
-static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
 {
-    twin->setup = *setup;
-    for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
+    coarser->setup = *setup;
+    for (int d = 0; d < PD_DIM; d++) coarser->setup.h[d] = factor * setup->h[d];
     PDI_TRY(pdi_coarser_box(ctx, setup, factor));
     PDI_TRY(pdi_coarser_faces(ctx, setup, factor));
-    PDI_TRY(pdi_coarser_geometry(ctx, setup, &twin->setup, factor));
-    twin->setup.monitors = 0;
+    PDI_TRY(pdi_coarser_geometry(ctx, setup, &coarser->setup, factor));
+    coarser->setup.monitors = 0;
     for (int k = 0; k < setup->monitors; k++) {
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
+            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, coarser));
             continue;
         }
-        if (twin->setup.monitors == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "twin", "more than %d sections", PD_SETUP_MONITORS);
-        twin->share[twin->setup.monitors] = 1.0;
-        twin->setup.monitor[twin->setup.monitors++] = *m;
+        if (coarser->setup.monitors == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "coarser", "more than %d sections", PD_SETUP_MONITORS);
+        coarser->share[coarser->setup.monitors] = 1.0;
+        coarser->setup.monitor[coarser->setup.monitors++] = *m;
     }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
 {
-    pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
-    if (status < 0) memset(twin, 0, sizeof *twin);
+    pd_status status = pdi_coarser_make(ctx, setup, factor, coarser);
+    if (status < 0) memset(coarser, 0, sizeof *coarser);
     return status;
 }
 

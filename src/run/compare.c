@@ -53,7 +53,7 @@ static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_se
     if (!pdi_compare_value(c, r->figure, &value, unit)) return pdi_compare_unknown(ctx, c, r);
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
     PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
-    if (pd_units_same(&dims, &r->dims)) return PD_OK;
+    if (pdi_units_same(&dims, &r->dims)) return PD_OK;
     pdi_units_describe(&r->dims, found);
     pdi_units_describe(&dims, wanted);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"

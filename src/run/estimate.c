@@ -11,10 +11,10 @@
 #define PDI_ESTIMATE_MINOR 0.1 /* [-] figures below this share of the largest of their sort are minor */
 #define PDI_ESTIMATE_LINE 2048 /* [byte] of a line */
 
-/* ---- figures of the twins ---- */
+/* ---- figures of the coarser runs ---- */
 
-/* Value of the twin that belongs to a figure of the run; NaN: it has none. */
-static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figures, const pd_figure *wanted)
+/* Value of the coarser run that belongs to a figure of the run; NaN: it has none. */
+static double pdi_estimate_match(const pd_coarser *coarser, const pd_figures *figures, const pd_figure *wanted)
 {
     double sum = 0.0;
     int found = 0;
@@ -23,21 +23,21 @@ static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figur
         if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
             strcmp(f->key, wanted->key) != 0)
             continue;
-        sum += (f->monitor < 0 ? 1.0 : twin->share[f->monitor]) * f->value;
+        sum += (f->monitor < 0 ? 1.0 : coarser->share[f->monitor]) * f->value;
         found = 1;
     }
     return found ? sum : (double)NAN;
 }
 
-/* Put the twin before the message of its run. */
+/* Put the lattice before the message of its run. */
 static void pdi_estimate_blame(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
     memcpy(message, ctx->message, sizeof message);
-    pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
+    pdi_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *twin, pd_estimate *e,
+static pd_status pdi_estimate_coarser_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *coarser, pd_estimate *e,
                                        int level)
 {
     pd_run_desc dry;
@@ -50,22 +50,22 @@ static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_
     dry.figures = &figures;
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
-    pd_status status = pd_run(ctx, &twin->setup, &dry, &result);
+    pd_status status = pd_run(ctx, &coarser->setup, &dry, &result);
     if (status < 0) pdi_estimate_blame(ctx, level);
     else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count && status >= 0; k++)
-        e->list[k].twin[level] = pdi_estimate_match(twin, &figures, &e->list[k].figure);
+        e->list[k].coarser[level] = pdi_estimate_match(coarser, &figures, &e->list[k].figure);
     pd_figures_free(ctx, &figures);
     return status;
 }
 
-static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
+static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
 {
-    pd_coarser *twin = NULL;
-    PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
-    if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
-    PDI_DELETE(ctx, 1, twin);
+    pd_coarser *coarser = NULL;
+    PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
+    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, coarser);
+    if (status >= 0) status = pdi_estimate_coarser_run(ctx, desc, coarser, e, level);
+    PDI_DELETE(ctx, 1, coarser);
     return status < 0 ? status : PD_OK;
 }
 
@@ -80,7 +80,7 @@ static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
 {
-    double value = e->figure.value, near_step = e->twin[0] - value, far_step = e->twin[1] - e->twin[0];
+    double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
     double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(u, &e->figure);
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
@@ -109,13 +109,13 @@ static void pdi_estimate_rank(pd_estimate *e)
     }
 }
 
-static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
+static pd_status pdi_estimate_both(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
 {
-    PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
-    e->twins = 1;
-    pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
+    PDI_TRY(pdi_estimate_coarser(ctx, desc, e, 0));
+    e->coarser_runs = 1;
+    pd_status status = pdi_estimate_coarser(ctx, desc, e, 1);
     if (pdi_is_final(status)) return status;
-    if (status == PD_OK) e->twins = 2;
+    if (status == PD_OK) e->coarser_runs = 2;
     else memcpy(e->without, ctx->message, sizeof e->without);
     if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_estimate_judge(e->setup, &e->list[k]);
@@ -134,9 +134,9 @@ pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc 
     e->count = figures->count;
     for (int k = 0; k < e->count; k++) {
         e->list[k].figure = figures->list[k];
-        e->list[k].twin[0] = e->list[k].twin[1] = (double)NAN;
+        e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;
     }
-    pd_status status = pdi_estimate_twins(ctx, desc, e);
+    pd_status status = pdi_estimate_both(ctx, desc, e);
     e->wall = pdi_par_clock() - started;
     if (status < 0) pd_estimate_free(ctx, e);
     return status;
@@ -184,7 +184,7 @@ static void pdi_estimate_scene(const pd_estimate *e, char *text, size_t size)
     const pd_estimated *w = e->worst < 0 ? NULL : &e->list[e->worst];
     const pd_estimated *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
     size_t used = strlen(text);
-    snprintf(text + used, size - used, " twins=%d", e->twins);
+    snprintf(text + used, size - used, " coarser_runs=%d", e->coarser_runs);
     if (a) {
         used = strlen(text);
         snprintf(text + used, size - used, " order=%.3g err_volume_loss=%.3g%s", a->order, a->error,

@@ -13,7 +13,7 @@ typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
     pd_fit *fit;
-    pd_coarser *twin;      /* work */
+    pd_coarser *coarser;      /* work */
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
@@ -63,7 +63,8 @@ static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, 
     double from, to;
     pd_dims a, b;
     if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
-    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 || !pd_units_same(&a, &b))
+    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 ||
+        !pdi_units_same(&a, &b))
         return pdi_fit_refuse(ctx, range, "bounds of one dimension");
     p->low *= from / to;
     return PD_OK;
@@ -154,9 +155,9 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->twin));
-        dry.share = f->twin->share;
-        setup = &f->twin->setup;
+        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->coarser));
+        dry.share = f->coarser->share;
+        setup = &f->coarser->setup;
     }
     PDI_TRY(pd_run(f->ctx, setup, &dry, &result));
     return result.stopped ? pdi_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
@@ -240,7 +241,7 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->weight));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->place));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->best));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->twin));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->coarser));
     pdi_fit_gather(f, u);
     f->fit->h = u->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
@@ -255,7 +256,7 @@ static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
-static void pdi_fit_told(void *user, const double *value, double sum, int evaluations)
+static void pdi_fit_report(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
     char line[400], h[PD_UNITS_TEXT];
@@ -284,7 +285,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.noise = f->noise;
     d.fn = pdi_fit_evaluate;
     d.user = f;
-    d.told = pdi_fit_told;
+    d.report = pdi_fit_report;
     f->least = HUGE_VAL;
     pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
@@ -371,7 +372,7 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
     PDI_DELETE(ctx, f.all, f.weight);
     PDI_DELETE(ctx, f.all, f.place);
     PDI_DELETE(ctx, f.all, f.best);
-    PDI_DELETE(ctx, 1, f.twin);
+    PDI_DELETE(ctx, 1, f.coarser);
     return status;
 }
 

@@ -7,7 +7,7 @@
 #include "metal/interface.h"
 #include "run/inlet.h"
 #include "run/wall.h"
-#include "transport/advance.h"
+#include "transport/two_stage.h"
 #include <math.h>
 #include <string.h>
 
@@ -227,12 +227,12 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
     int medium = u->medium >= 0;
     pd_transport t;
-    pd_advance advance;
+    pd_two_stage two_stage;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     if (!u->has_transport) return;
     memset(&t, 0, sizeof t);
-    memset(&advance, 0, sizeof advance);
+    memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
@@ -249,7 +249,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.flux.conductance.bonds = &plan->bonds;
     t.flux.conductance.capacity = plan->bonds.capacity;
     t.flux.conductance.rests = pdi_transport_rests(&t);
-    advance.transport = &t;
+    two_stage.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
@@ -258,7 +258,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);
-    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_advance_list, &advance);
+    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
     *bytes += pdi_footprint_compact(plan, u->has_flow) +
               pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }

@@ -25,7 +25,7 @@ typedef struct pd_footprint {
 #define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
 
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
-PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *footprint);
 
 #ifdef PDI_INTERNAL
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;

@@ -181,12 +181,12 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     if (!u->has_dissolve) {
-        pd_advance_desc advance;
-        memset(&advance, 0, sizeof advance);
-        advance.rtol = u->rtol;
-        advance.largest = u->max_step;
-        PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
-        m->advance.settle = u->settle;
+        pd_two_stage_desc two_stage;
+        memset(&two_stage, 0, sizeof two_stage);
+        two_stage.rtol = u->rtol;
+        two_stage.largest = u->max_step;
+        PDI_TRY(pd_two_stage_build(ctx, &m->transport, &two_stage, &m->two_stage));
+        m->two_stage.settle = u->settle;
     }
     return pdi_model_initial(ctx, m, m->transport.c);
 }
@@ -333,11 +333,11 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
 {
     const pd_setup *u = m->setup;
     int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
-    const pd_transport_result *r = u->has_dissolve ? &m->dissolving.result : &m->advance.result;
+    const pd_transport_result *r = u->has_dissolve ? &m->dissolve.result : &m->two_stage.result;
     e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
     e->flow_krylov = m->quasi.krylov;
-    e->transport_krylov = u->has_dissolve ? m->dissolving.krylov : m->advance.krylov;
+    e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
     e->limiter = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
@@ -357,8 +357,8 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
         PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
-    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
-    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_advance_process(&m->advance)));
+    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
+    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     return PD_OK;
 }
 
@@ -393,7 +393,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
-    pd_advance_free(ctx, &m->advance);
+    pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);
     pd_gas_free(ctx, &m->gas);
     pd_implicit_free(ctx, &m->implicit);

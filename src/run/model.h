@@ -5,8 +5,8 @@
 #include "flow/quasi_steady.h"
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
-#include "transport/advance.h"
-#include "metal/dissolving.h"
+#include "transport/two_stage.h"
+#include "metal/dissolve.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 
@@ -25,12 +25,11 @@ typedef struct pd_model {
     pd_unsteady unsteady;
     pd_gas gas;
     pd_transport transport;
-    pd_advance advance;   /* without dissolution */
+    pd_two_stage two_stage;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;

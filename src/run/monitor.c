@@ -82,7 +82,8 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (m->seen == effort.flow_solves) return PD_OK;
     m->seen = effort.flow_solves;
     m->count = 0;
-    pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
+    pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
+                     pressure);
     pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
     pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
@@ -117,23 +118,23 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
 static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    double flux = 0.0, area = 0.0, driven = 0.0;
+    double flux = 0.0, area = 0.0, excess = 0.0;
     pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
                         d->axis, m->flux, m->area);
     pdi_monitor_fluid(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
         area += m->area[k];
-        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+        if (m->area[k] > 0.0) excess += m->area[k] * (d->surface - m->fluid[k]);
     }
     if (d->area > 0.0) {
-        driven *= d->area / area;
+        excess *= d->area / area;
         area = d->area;
     }
     pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
     pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
     pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
-    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
 }
 
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)

@@ -75,7 +75,7 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
     if (count == 0) return PD_OK;
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
-    return pd_pvd_add(ctx, &out->pvd, time, path);
+    return pdi_pvd_add(ctx, &out->pvd, time, path);
 }
 
 /* ---- pictures ---- */
@@ -341,7 +341,7 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     out->folder = folder;
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
-    return pd_pvd_init(ctx, path, &out->pvd);
+    return pdi_pvd_init(ctx, path, &out->pvd);
 }
 
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
@@ -457,7 +457,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     int32_t total = out->model ? out->model->grid.total : 0;
     pdi_csv_close(&quiet, &out->diagnostics);
     pdi_csv_close(&quiet, &out->probes);
-    pd_pvd_free(ctx, &out->pvd);
+    pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, out->cells, out->cell);

@@ -26,7 +26,7 @@ typedef struct pdi_run {
     pd_compare compare;
     pd_status status;     /* of the observer */
     int stopped;
-    double started, told; /* [s] clock */
+    double started, reported; /* [s] clock */
     double kept;          /* [s] clock of the last checkpoint */
     const char *path;     /* of the folder */
     pd_folder folder;
@@ -40,12 +40,12 @@ typedef struct pdi_run {
     char checkpoint[PD_PATH_SIZE];
 } pdi_run;
 
-static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
+static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 {
     char line[240];
     double now = pdi_par_clock(), until = r->setup->until;
     if (!r->desc->print || !(until > 0.0)) return;
-    r->told = now;
+    r->reported = now;
     pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
     if (doing) {
         size_t used = strlen(line);
@@ -56,8 +56,8 @@ static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
 
 static void pdi_run_progress(pdi_run *r)
 {
-    if (pdi_par_clock() - r->told >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
-        pdi_run_tell(r, NULL, 0);
+    if (pdi_par_clock() - r->reported >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
+        pdi_run_report(r, NULL, 0);
 }
 
 /* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
@@ -69,7 +69,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     if (r->stopped) return !r->writing;
     if (now - r->polled < PDI_RUN_PROGRESS) return 0;
     r->polled = now;
-    if (now - r->told >= 2.0 * PDI_RUN_PROGRESS) pdi_run_tell(r, doing, count);
+    if (now - r->reported >= 2.0 * PDI_RUN_PROGRESS) pdi_run_report(r, doing, count);
     if (r->poll && r->poll(r->poll_user, doing, count)) r->stopped = 1;
     return r->stopped;
 }
@@ -394,7 +394,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->told = r->kept = pdi_par_clock();
+    r->started = r->reported = r->kept = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->poll;
     r->poll_user = ctx->poll_user;

@@ -67,7 +67,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_RATE:
         return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
-    case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
+    case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;

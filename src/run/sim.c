@@ -22,7 +22,7 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim)
 {
     memset(sim, 0, sizeof *sim);
-    pd_status status = strchr(scene, '\n') ? pd_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
+    pd_status status = strchr(scene, '\n') ? pdi_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
                                            : pd_scene_read(ctx, scene, overrides, count, &sim->setup);
     if (status < 0) {
         memset(sim, 0, sizeof *sim);

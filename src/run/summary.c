@@ -40,11 +40,11 @@ static void pdi_summary_grid(const pdi_summary *s)
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(m->grid.h[d] - m->grid.h[0]) > 1e-12 * m->grid.h[0]) axes = PD_DIM;
     for (int d = 0; d < PD_DIM; d++) {
-        size_t used = strlen(size), told = strlen(spacing);
+        size_t used = strlen(size), length = strlen(spacing);
         snprintf(size + used, sizeof size - used, "%s%d", d ? " x " : "", m->grid.n[d]);
         if (d >= axes) continue;
         pdi_setup_show(m->grid.h[d], "m", text);
-        snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
+        snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
     pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
                      m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
@@ -188,7 +188,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
-    pd_footprint budget;
+    pd_footprint footprint;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -204,9 +204,9 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pd_footprint_estimate(model->setup, &budget);
+    pd_footprint_estimate(model->setup, &footprint);
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
                      (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
-                     budget.all * 1e-6);
+                     footprint.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }

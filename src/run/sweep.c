@@ -240,9 +240,9 @@ pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_d
     pd_status status = pd_run(ctx, &setup, &one, &result);
     pd_setup_free(ctx, &setup);
     if (status < 0) {
-        pd_ctx told = *ctx; /* the message is that of the run */
+        pd_ctx copy = *ctx; /* the message is that of the run */
         snprintf(text, sizeof text, "%s", ctx->message);
-        pdi_sweep_leave(&told, path, "failed", text);
+        pdi_sweep_leave(&copy, path, "failed", text);
         return status;
     }
     pd_run_line(&result, text, sizeof text);
@@ -364,8 +364,8 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
         PDI_TRY(pdi_sweep_field(ctx, file, value, length));
     }
     PDI_TRY(pdi_file_text(ctx, file, ","));
-    int told = message && strncmp(text, "done\n", 5) != 0;
-    if (told) PDI_TRY(pdi_sweep_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
+    int failed = message && strncmp(text, "done\n", 5) != 0;
+    if (failed) PDI_TRY(pdi_sweep_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
     return pdi_file_text(ctx, file, "\n");
 }
 

@@ -152,7 +152,7 @@ static int pdi_expr_is_plain(const pdi_expr_type *type)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return type->zero || pd_units_same(&type->dims, &none);
+    return type->zero || pdi_units_same(&type->dims, &none);
 }
 PDI_COLD_END
 
@@ -240,7 +240,7 @@ static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_
         a->zero = b->zero;
         return PD_OK;
     }
-    if (b->zero || pd_units_same(&a->dims, &b->dims)) return PD_OK;
+    if (b->zero || pdi_units_same(&a->dims, &b->dims)) return PD_OK;
     pdi_units_describe(&a->dims, left);
     pdi_units_describe(&b->dims, right);
     return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
@@ -461,7 +461,7 @@ static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index,
     p->at++;
     PDI_TRY(pdi_expr_enter(p));
     PDI_TRY(pdi_expr_compare(p, type));
-    if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
+    if (!type->zero && !pdi_units_same(&type->dims, &table->argument)) {
         pdi_units_describe(&type->dims, found);
         pdi_units_describe(&table->argument, expected);
         return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
@@ -668,7 +668,7 @@ static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
     if (p->desc->unit) {
         if (pd_units_parse(p->ctx, p->desc->unit, NULL, &dims) < 0)
             return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
-        if (!type->zero && !pd_units_same(&type->dims, &dims)) {
+        if (!type->zero && !pdi_units_same(&type->dims, &dims)) {
             int plain = pdi_expr_is_plain(type);
             pdi_units_describe(&type->dims, found);
             pdi_units_describe(&dims, expected);

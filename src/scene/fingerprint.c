@@ -8,12 +8,12 @@
 
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 {
-    size_t length = strlen(line), at = u->identity_size ? u->identity_size - 1 : 0, fresh = at + length + 2;
-    PDI_TRY(PDI_GROW(ctx, "identity", u->identity_size, fresh, u->identity));
-    memcpy(u->identity + at, line, length);
-    u->identity[at + length] = '\n';
-    u->identity[at + length + 1] = '\0';
-    u->identity_size = fresh;
+    size_t length = strlen(line), at = u->fingerprint_size ? u->fingerprint_size - 1 : 0, fresh = at + length + 2;
+    PDI_TRY(PDI_GROW(ctx, "fingerprint", u->fingerprint_size, fresh, u->fingerprint));
+    memcpy(u->fingerprint + at, line, length);
+    u->fingerprint[at + length] = '\n';
+    u->fingerprint[at + length + 1] = '\0';
+    u->fingerprint_size = fresh;
     return PD_OK;
 }
 
@@ -94,7 +94,7 @@ static const char *pdi_fingerprint_first(const char *text, const char *other)
 
 PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
 {
-    const char *is = u->identity ? u->identity : "", *was = kept ? kept : "";
+    const char *is = u->fingerprint ? u->fingerprint : "", *was = kept ? kept : "";
     if (strcmp(is, was) == 0) return PD_OK;
     const char *old = pdi_fingerprint_first(was, is), *fresh = pdi_fingerprint_first(is, was);
     if (old && strcspn(old, "=") < pdi_fingerprint_length(old)) { /* the same key with another value says more */

@@ -7,7 +7,7 @@
 #include "scene/setup.h"
 
 #ifdef PDI_INTERNAL
-/* setup->identity, from the text of a scene that has been read. */
+/* setup->fingerprint, from the text of a scene that has been read. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* One more line, without newline. */
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *setup, const char *line);

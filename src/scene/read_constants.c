@@ -20,7 +20,7 @@ static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
     size_t size = open ? strcspn(open + 1, "]") : 0;
     if (open) memcpy(unit, open + 1, size);
     unit[size] = '\0';
-    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_same(dims, &again);
+    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pdi_units_same(dims, &again);
 }
 
 static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,

@@ -96,9 +96,9 @@ static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_
 {
     double value;
     if (pdi_text_has(ctx, text, 0, "D_grain") && !f->bonds)
-        pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
+        pdi_setup_note(setup, "D_grain = %g is ignored: k_corr gives the rate", f->D_grain);
     if (pdi_text_has(ctx, text, 0, "D_gb") && !f->bonds)
-        pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
+        pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor gives that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_read_flat_ignored / sizeof pdi_read_flat_ignored[0]; k++) {
         const char *key = pdi_read_flat_ignored[k][0];
         if (!pdi_text_has(ctx, text, 0, key)) continue;

@@ -20,7 +20,7 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
                                         const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    if (pd_units_same(found, wanted)) return PD_OK;
+    if (pdi_units_same(found, wanted)) return PD_OK;
     pdi_units_describe(found, is);
     pdi_units_describe(wanted, expected);
     return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
@@ -101,7 +101,7 @@ static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setu
         if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
     pdi_setup_show(u->until, "s", until);
     return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
-                           " before its end at t = %s; 'start' tells the time of the file at which the run begins",
+                           " before its end at t = %s; 'start' is the time of the file at which the run begins",
                            s->table.path, until);
 }
 

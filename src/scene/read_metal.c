@@ -43,7 +43,7 @@ static pd_status pdi_read_metal_labels(pdi_reader *s)
                                   names);
         if (!single)
             return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
-                                  "found in the section of one metal, expected it in [%s], which tells of all metals",
+                                  "found in the section of one metal, expected it in [%s], which holds for all metals",
                                   section->name);
     }
     return PD_OK;
@@ -190,7 +190,7 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     if (!u->has_corrode) return PD_OK;
     if (u->has_dissolve)
         return pdi_text_refuse(s->ctx, s->text, section, "corrode",
-                               "found beside [dissolve], expected one of them: both tell how the metal goes");
+                               "found beside [dissolve], expected one of them: each says how the metal goes");
     u->has_transport = u->has_dissolve = 1;
     return PD_OK;
 }

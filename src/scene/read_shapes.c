@@ -385,7 +385,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
                                " medium or passive",
                                s.name[k]);
     }
-    return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
+    return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT

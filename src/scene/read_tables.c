@@ -128,8 +128,8 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
-    pd_status status = PDI_NEW(s->ctx, "chart", rows, x);
-    if (status == PD_OK) status = PDI_NEW(s->ctx, "chart", rows, y);
+    pd_status status = PDI_NEW(s->ctx, "table", rows, x);
+    if (status == PD_OK) status = PDI_NEW(s->ctx, "table", rows, y);
     if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
@@ -147,9 +147,9 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.folder = folder;
     for (int at = pdi_text_next(ctx, text, "table", -1); at >= 0; at = pdi_text_next(ctx, text, "table", at)) count++;
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->table));
+    PDI_TRY(PDI_NEW(ctx, "table", count, setup->table));
     setup->tables = count;
-    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
+    PDI_TRY(PDI_NEW(ctx, "table", count, setup->function));
     for (s.section = pdi_text_next(ctx, text, "table", -1); s.section >= 0;
          s.section = pdi_text_next(ctx, text, "table", s.section), k++)
         PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));

@@ -24,7 +24,7 @@ typedef struct pdi_read_tables {
 /* The column that stands under `key` as "heading" or "heading in unit": values [rows], as they stand, the text of their
  * unit [PD_UNITS_TEXT], its size and dimension. A number is a column counted from 1. fallback: NULL, or what a missing
  * key means. bracket: without "in" the unit stands in the heading, "loss [%]". */
-PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *chart, const char *key, const char *fallback,
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
 /* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
  * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */

@@ -571,9 +571,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-/* bytes NULL: from the file. */
-static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                int count, pd_setup *setup)
+PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+                                 int count, pd_setup *setup)
 {
     pd_text text;
     PDI_TRY(pdi_setup_init(ctx, setup));
@@ -591,11 +590,5 @@ static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes
 
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
-    return pdi_scene_make(ctx, path, NULL, overrides, count, setup);
-}
-
-pd_status pd_scene_build(pd_ctx *ctx, const char *name, const char *text, const char *const *overrides, int count,
-                         pd_setup *setup)
-{
-    return pdi_scene_make(ctx, name, text, overrides, count, setup);
+    return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
 }

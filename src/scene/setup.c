@@ -59,7 +59,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
-    PDI_DELETE(ctx, setup->identity_size, setup->identity);
+    PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
     pdi_setup_forget(ctx, setup);
     memset(setup, 0, sizeof *setup);
 }

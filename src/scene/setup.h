@@ -170,8 +170,8 @@ typedef struct pd_setup {
     char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
     int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
     int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
-    char *identity;            /* what makes it this scene and no other, a line each; NULL: not read from a file */
-    size_t identity_size;      /* [byte] */
+    char *fingerprint;          /* what makes it this scene and no other, a line each; NULL: not read from a file */
+    size_t fingerprint_size;   /* [byte] */
     int threads;               /* 0: all */
     unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */

@@ -330,7 +330,7 @@ pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *
     return PD_OK;
 }
 
-int pd_units_same(const pd_dims *a, const pd_dims *b)
+PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b)
 {
     for (int k = 0; k < 6; k++)
         if (!(fabs(a->e[k] - b->e[k]) < 1e-9)) return 0;
@@ -343,7 +343,7 @@ static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
         pdi_units_product unit;
         const char *why;
         pdi_units_read(pdi_units_names[k].unit, &unit, &why);
-        if (pd_units_same(&unit.dims, dims)) return &pdi_units_names[k];
+        if (pdi_units_same(&unit.dims, dims)) return &pdi_units_names[k];
     }
     return NULL;
 }
@@ -382,7 +382,7 @@ static int pdi_units_plain(const pd_dims *dims)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return pd_units_same(dims, &none);
+    return pdi_units_same(dims, &none);
 }
 
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)

@@ -16,14 +16,13 @@ typedef struct pd_dims {
 #define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format and pdi_units_describe write */
 
 #define pd_units_parse PD_NAME(pd_units_parse)
-#define pd_units_same PD_NAME(pd_units_same)
 
 /* Read a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL.
  * PD_ERR_PARSE: not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
-/* 1 when both dimensions agree. */
-PD_API int pd_units_same(const pd_dims *a, const pd_dims *b);
 #ifdef PDI_INTERNAL
+/* 1 when both dimensions agree. */
+PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b);
 /* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text);
 /* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")

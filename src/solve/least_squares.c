@@ -116,7 +116,7 @@ static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a,
 }
 
 /* A parameter on a bound that the sum would fall beyond. */
-static int pdi_least_squares_held(const pdi_least_squares *s, int k)
+static int pdi_least_squares_at_bound(const pdi_least_squares *s, int k)
 {
     double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
@@ -129,7 +129,7 @@ static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
 {
     int held[PDI_LEAST_SQUARES_N];
     double least[PDI_LEAST_SQUARES_N];
-    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_held(s, k);
+    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_at_bound(s, k);
     for (int k = 0; k < s->n; k++) {
         const double *column = pdi_least_squares_column(s, k);
         for (int l = 0; l <= k; l++) {
@@ -159,7 +159,7 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
     }
     memcpy(s->from, s->q, sizeof s->from);
     if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
-    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not tell the %d parameters apart", s->n);
+    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
 }
 
 /* The step from q, cut at the bounds. 0: there is none. */
@@ -168,7 +168,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
     if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
     for (int k = 0; k < s->n; k++)
-        x[k] = pdi_least_squares_held(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+        x[k] = pdi_least_squares_at_bound(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
     for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
     return 1;
@@ -190,7 +190,7 @@ static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_S
     pd_least_squares_result *r = s->result;
     r->freedom = s->m;
     for (int k = 0; k < s->n; k++) {
-        r->bound[k] = pdi_least_squares_held(s, k);
+        r->bound[k] = pdi_least_squares_at_bound(s, k);
         r->freedom -= !r->bound[k];
     }
     if (!pdi_least_squares_factor(s, 0.0, a)) return 0;
@@ -274,7 +274,7 @@ static void pdi_least_squares_tell(const pdi_least_squares *s)
 {
     double value[PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
-    if (s->desc->told) s->desc->told(s->desc->user, value, s->sum, s->result->evaluations);
+    if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
 static void pdi_least_squares_report(pdi_least_squares *s)

@@ -23,7 +23,7 @@ typedef struct pd_least_squares_desc {
     double noise;       /* [-] of a residual, where it is known; 0: it is measured */
     pd_least_squares_fn fn;
     void *user;
-    void (*told)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
+    void (*report)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
 } pd_least_squares_desc;
 
 typedef struct pd_least_squares_result {

@@ -201,7 +201,7 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
 }
 
 /* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
-static float pdi_multigrid_held(const pd_multigrid *mg, float given)
+static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
 {
     return (float)fmin(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
 }
@@ -215,8 +215,8 @@ static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, con
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
-        fine->x[c] = wall && active[c] ? pdi_multigrid_held(mg, wall[c]) : 0.0f;
-        fine->b[c] = mass && active[c] ? pdi_multigrid_held(mg, mass[c]) : 0.0f;
+        fine->x[c] = wall && active[c] ? pdi_multigrid_scaled(mg, wall[c]) : 0.0f;
+        fine->b[c] = mass && active[c] ? pdi_multigrid_scaled(mg, mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
         pdi_coarsen_link link;
         if (active[c])

@@ -8,7 +8,7 @@
 
 PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
 
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *s)
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;
@@ -49,18 +49,20 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     return status;
 }
 
-PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *p, double from, double to)
+pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 {
     pd_step s;
     pd_status worst = PD_OK;
+    if (!p.time || !(t_end >= *p.time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, p.name, "a run from %g s to %g s", p.time ? *p.time : (double)NAN, t_end);
     memset(&s, 0, sizeof s);
-    for (s.time = from; s.time < to; s.time = s.end) {
-        s.limit = to;
-        pd_status status = pdi_process_step(ctx, p, &s);
+    for (s.time = *p.time; s.time < t_end; s.time = s.end) {
+        s.limit = t_end;
+        pd_status status = pdi_process_step(ctx, &p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
     }
-    if (p->finish) PDI_TRY(p->finish(ctx, p->self, to));
+    if (p.finish) PDI_TRY(p.finish(ctx, p.self, t_end));
     return worst;
 }
 

@@ -18,7 +18,6 @@ typedef struct pd_step {
     double dt;        /* [s] of the next attempt */
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
-    double shortest;  /* [s] attempts below it are hopeless, as its process sets it in `limit` */
     int trial;        /* attempts before this one */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
@@ -47,6 +46,7 @@ typedef struct pd_amounts {
 typedef struct pd_process {
     const char *name; /* for polls, messages and checkpoints */
     void *self;
+    const double *time; /* [s] where it stands; NULL: it runs with others only */
     const pd_element *element; /* [elements] */
     int elements;
     int inner;            /* 1: a step of the run takes it through steps of its own */
@@ -58,7 +58,7 @@ typedef struct pd_process {
     pd_at_fn at;
     /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
      * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
-    pd_status (*span)(pd_ctx *ctx, void *self, pd_step *step);
+    pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
     /* Take a step of step->dt from step->time. PD_RETRY: it is not good enough, `reject` follows. */
@@ -81,16 +81,20 @@ typedef struct pd_process {
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
 } pd_process;
 
+#define pd_process_run PD_NAME(pd_process_run)
+
+/* Steps of a process alone up to t_end [s]. PD_NOT_CONVERGED: one of them said so. PD_ERR_ARGUMENT: t_end is past, or
+ * the process has no time. */
+PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
+
 #ifdef PDI_INTERNAL
 /* Equal steps of at most dt [s] over `left` [s]: the length of one. */
 PDI_FN double pdi_process_even(double left, double dt);
-/* A `span`: max_step of the run. */
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *step);
+/* A `longest`: max_step of the run. */
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *step);
 /* One accepted step from step->time that ends at step->end, by step->limit at the latest. Errors and PD_NOT_CONVERGED
  * are those of the process. */
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_step *step);
-/* Steps of a process alone from one time to the other [s]. PD_NOT_CONVERGED: one of them said so. */
-PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *process, double from, double to);
 #endif
 
 #endif

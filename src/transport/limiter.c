@@ -69,8 +69,8 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     if (!(f->cut[i] > 0.0f)) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double lean = f->wall_grad_rate[d * total + i];
-            slope[d * total] += p->x ? -lean * p->x[b] : f->wall_grad[d * total + i] - lean * c;
+            double rate = f->wall_grad_rate[d * total + i];
+            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[d * total + i] - rate * c;
         }
         return;
     }

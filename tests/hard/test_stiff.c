@@ -51,7 +51,7 @@ TEST(step_1e6_times_the_limit)
             pd_transport *t = &h->model.transport;
             double stock = pd_transport_stock(&h->ctx, t), dt = TIMES * pd_transport_limit(&h->ctx, t), low, high;
             pd_transport_result result;
-            if (second) CHECK_OK(&h->ctx, pd_advance_step(&h->ctx, &h->model.advance, dt, &result));
+            if (second) CHECK_OK(&h->ctx, pd_two_stage_step(&h->ctx, &h->model.two_stage, dt, &result));
             else CHECK_OK(&h->ctx, pd_transport_implicit(&h->ctx, t, dt, &result));
             double now = pd_transport_stock(&h->ctx, t) + pd_transport_carried(&h->ctx, t);
             CHECK_REL(now, stock, LEDGER);

@@ -3,7 +3,7 @@
 #   root, build   folders of the checkout and of what is built, absolute
 #   programs      folder of pd1d, pd2d and pd3d
 #   dir           a folder of its own, gone in the end; $dir/log: what the last command said
-#   verdict, check, score   count and report
+#   verdict, check, rejects_usage, score   count and report
 
 root=$PWD
 build=${BUILD:-build}
@@ -32,6 +32,17 @@ check() {
     shift
     "$@"
     verdict "$checked"
+}
+
+# rejects_usage PROGRAM MESSAGE ARGUMENT...: wrong usage: one line on stderr, nothing on stdout, status 2.
+rejects_usage() {
+    rejecting=$1
+    printf '%s: %s; see %s --help\n' "$1" "$2" "$1" > "$dir/wanted"
+    shift 2
+    "$build/$rejecting" "$@" > "$dir/out" 2> "$dir/log"
+    [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
+    said=$?
+    verdict "$rejecting $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
 }
 
 # score: the line that tools/sum.sh adds up. The last command of a script.

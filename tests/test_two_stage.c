@@ -1,15 +1,15 @@
-/* test_advance: transport in time of second order, against closed forms.
+/* test_two_stage: transport in time of second order, against closed forms.
  * dims: 1 2 */
 #include "fixture.h"
-#include "transport/advance.h"
+#include "transport/two_stage.h"
 #include <math.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
 static scene test_scene;
-static pd_advance_desc advance_desc;
-static pd_advance advance;
+static pd_two_stage_desc two_stage_desc;
+static pd_two_stage two_stage;
 
 /* n cells over a length of 1 along axis 0, periodic all round. */
 static scene *scene_start(int n)
@@ -21,12 +21,12 @@ static scene *scene_start(int n)
     s->with = WITH_TRANSPORT;
     s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
     s->transport_desc.tolerance = 1e-12;
-    memset(&advance_desc, 0, sizeof advance_desc);
+    memset(&two_stage_desc, 0, sizeof two_stage_desc);
     return s;
 }
 
 /* A stream of 1 along axis 0, if there is a flow. */
-static int advance_build(scene *s)
+static int two_stage_build(scene *s)
 {
     int flowing = s->with & WITH_FLOW;
     if (!scene_build(s)) return 0;
@@ -34,12 +34,12 @@ static int advance_build(scene *s)
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = 1.0;
     if (flowing) pdi_flow_prepare(&s->ctx, &s->flow);
     return CHECK_OK(&s->ctx, pd_transport_update(&s->ctx, &s->transport)) &&
-           CHECK_OK(&s->ctx, pd_advance_build(&s->ctx, &s->transport, &advance_desc, &advance));
+           CHECK_OK(&s->ctx, pd_two_stage_build(&s->ctx, &s->transport, &two_stage_desc, &two_stage));
 }
 
-static void advance_free(scene *s)
+static void two_stage_free(scene *s)
 {
-    pd_advance_free(&s->ctx, &advance);
+    pd_two_stage_free(&s->ctx, &two_stage);
     scene_free(s);
 }
 
@@ -63,20 +63,20 @@ static double decay(int steps, double rtol, long *taken)
     scene *s = scene_start(16);
     double k = 2.0 * pi, rate = 0.0, error = 0.0;
     s->transport_desc.diffusivity = 0.05;
-    advance_desc.rtol = rtol;
-    if (!advance_build(s)) return 1.0;
+    two_stage_desc.rtol = rtol;
+    if (!two_stage_build(s)) return 1.0;
     for (int b = 0; b < s->stencil.count; b++)
         rate += s->transport_desc.diffusivity * s->stencil.lap[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM]));
     fill(s);
     for (int n = 0; n < steps; n++)
-        if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &advance, 1.0 / steps, &s->result))) return 1.0;
-    if (!steps && !CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 1.0, &s->result))) return 1.0;
-    CHECK_NEAR(advance.time, 1.0, 1e-12);
+        if (!CHECK_OK(&s->ctx, pd_two_stage_step(&s->ctx, &two_stage, 1.0 / steps, &s->result))) return 1.0;
+    if (!steps && !CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 1.0))) return 1.0;
+    CHECK_NEAR(two_stage.time, 1.0, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) error = fmax(error, fabs(s->transport.c[i] - wave(s, i, exp(-rate))));
-    *taken = (long)advance.steps;
-    CHECK_INT(advance.euler, 0);
-    advance_free(s);
+    *taken = (long)two_stage.steps;
+    CHECK_INT(two_stage.euler, 0);
+    two_stage_free(s);
     return error;
 }
 
@@ -109,7 +109,7 @@ TEST(bounds_and_balance)
         scene *s = scene_start(24);
         s->with |= WITH_FLOW;
         s->transport_desc.diffusivity = diffusivities[k % 4];
-        if (!advance_build(s)) return;
+        if (!two_stage_build(s)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             double x[PD_DIM];
             pd_grid_position(&s->grid, i, x);
@@ -117,7 +117,7 @@ TEST(bounds_and_balance)
         }
         double before = pd_transport_stock(&s->ctx, &s->transport);
         for (int n = 0; n < 5; n++) {
-            if (!CHECK_OK(&s->ctx, pd_advance_step(&s->ctx, &advance, steps[k / 4], &s->result))) return;
+            if (!CHECK_OK(&s->ctx, pd_two_stage_step(&s->ctx, &two_stage, steps[k / 4], &s->result))) return;
             double low = 1e9, high = -1e9, now = pd_transport_stock(&s->ctx, &s->transport);
             for (int32_t i = 0; i < s->grid.total; i++) {
                 if (s->grid.kind[i] != PD_FLUID) continue;
@@ -128,7 +128,7 @@ TEST(bounds_and_balance)
             CHECK_LE(high, 3.0 + 3e-9);
             CHECK_NEAR(now + pd_transport_carried(&s->ctx, &s->transport), before, 1e-13 * before);
         }
-        advance_free(s);
+        two_stage_free(s);
     }
 }
 
@@ -145,15 +145,15 @@ TEST(balance_of_a_run)
     s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_WALL;
     s->transport_desc.diffusivity = 1.0;
     s->transport_desc.held = ends;
-    advance_desc.rtol = 1e-4;
-    if (!advance_build(s)) return;
+    two_stage_desc.rtol = 1e-4;
+    if (!two_stage_build(s)) return;
     for (int n = 1; n <= 4; n++) {
-        CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.01 * n, &s->result));
+        CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.01 * n));
         double stock = pd_transport_stock(&s->ctx, &s->transport) + pd_transport_carried(&s->ctx, &s->transport);
-        CHECK_NEAR(stock, advance.in - advance.out, 1e-13 * advance.in);
+        CHECK_NEAR(stock, two_stage.in - two_stage.out, 1e-13 * two_stage.in);
     }
-    CHECK(advance.rejected > 0 && advance.out > 0.0);
-    advance_free(s);
+    CHECK(two_stage.rejected > 0 && two_stage.out > 0.0);
+    two_stage_free(s);
 }
 
 static double nothing(void *user, const double *x)
@@ -171,33 +171,33 @@ TEST(washed_out)
     for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_WALL;
     s->transport_desc.diffusivity = 1.0;
     s->transport_desc.held = nothing;
-    advance_desc.rtol = 1e-2;
+    two_stage_desc.rtol = 1e-2;
     double size = 0.0;
-    if (!advance_build(s)) return;
+    if (!two_stage_build(s)) return;
     fill(s);
     for (int32_t i = 0; i < s->grid.total; i++) s->transport.c[i] *= 1e-140;
-    for (int n = 0; n < 100 && advance.steps < 1000; n++)
-        if (!CHECK_OK(&s->ctx, pd_advance_run(&s->ctx, &advance, 0.1 * n + 0.1, &s->result))) return;
+    for (int n = 0; n < 100 && two_stage.steps < 1000; n++)
+        if (!CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1 * n + 0.1))) return;
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) size = fmax(size, fabs(s->transport.c[i]));
-    NOTE("%ld steps, %g mol/m3 left", (long)advance.steps, size);
+    NOTE("%ld steps, %g mol/m3 left", (long)two_stage.steps, size);
     CHECK_LE(size, 1e-146);
-    CHECK_LE(advance.steps, 600);
-    advance_free(s);
+    CHECK_LE(two_stage.steps, 600);
+    two_stage_free(s);
 }
 
 TEST(bad_descs)
 {
     scene *s = scene_start(8);
-    if (!advance_build(s)) return;
-    pd_advance none;
-    pd_advance_desc desc;
+    if (!two_stage_build(s)) return;
+    pd_two_stage none;
+    pd_two_stage_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.first = -1.0;
-    CHECK_INT((int)pd_advance_build(&s->ctx, &s->transport, &desc, &none), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_advance_step(&s->ctx, &advance, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_advance_run(&s->ctx, &advance, -1.0, &s->result), (int)PD_ERR_ARGUMENT);
-    advance_free(s);
+    CHECK_INT((int)pd_two_stage_build(&s->ctx, &s->transport, &desc, &none), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_two_stage_step(&s->ctx, &two_stage, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), -1.0), (int)PD_ERR_ARGUMENT);
+    two_stage_free(s);
 }
 
 TEST_MAIN(ENTRY(second_order_in_time) ENTRY(steps_by_error) ENTRY(bounds_and_balance) ENTRY(balance_of_a_run)

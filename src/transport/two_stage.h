@@ -1,23 +1,23 @@
-/* advance: transport in time, of second order, with error-controlled steps.
+/* two_stage: transport in time, of second order, with error-controlled steps.
  *
  * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 5.9 to 5.11). No
  * linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
  * again by backward Euler, which does. Amounts are conserved to rounding either way.
  */
-#ifndef PD_ADVANCE_H
-#define PD_ADVANCE_H
+#ifndef PD_TWO_STAGE_H
+#define PD_TWO_STAGE_H
 #include "transport/transport.h"
 #include "transport/settle.h"
 #include "solve/process.h"
 
-typedef struct pd_advance_desc {
+typedef struct pd_two_stage_desc {
     double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
     double first;   /* [s] first step of a run; 0: found from the error of trial steps */
     double largest; /* [s] largest step of a run; 0: none */
-} pd_advance_desc;
+} pd_two_stage_desc;
 
-typedef struct pd_advance {
-    pd_advance_desc desc; /* defaults filled in */
+typedef struct pd_two_stage {
+    pd_two_stage_desc desc; /* defaults filled in */
     pd_transport *transport;
     pd_at_fn at;           /* of the step at hand: called before each stage, for a flow that follows its boundary */
     void *at_user;
@@ -34,29 +34,26 @@ typedef struct pd_advance {
     pd_transport_result result; /* of the last stage */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
-} pd_advance;
+} pd_two_stage;
 
-#define pd_advance_build PD_NAME(pd_advance_build)
-#define pd_advance_step PD_NAME(pd_advance_step)
-#define pd_advance_run PD_NAME(pd_advance_run)
-#define pd_advance_process PD_NAME(pd_advance_process)
-#define pd_advance_free PD_NAME(pd_advance_free)
+#define pd_two_stage_build PD_NAME(pd_two_stage_build)
+#define pd_two_stage_step PD_NAME(pd_two_stage_step)
+#define pd_two_stage_process PD_NAME(pd_two_stage_process)
+#define pd_two_stage_free PD_NAME(pd_two_stage_free)
 
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
-PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
-                                  pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
- * stopped above its tolerance; what is missing is in the carry of transport. */
-PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
-PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
-/* The transport as a part of a run, for pd_couple_add: by such steps. */
-PD_API pd_process pd_advance_process(pd_advance *advance);
-PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
+PD_API pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc,
+                                    pd_two_stage *two_stage);
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and in runs: a linear
+ * solver stopped above its tolerance; what is missing is in the carry of transport. */
+PD_API pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *two_stage, double dt, pd_transport_result *result);
+/* The transport as a process, by steps of controlled error. PD_ERR_STATE: the error does not fall with the step. */
+PD_API pd_process pd_two_stage_process(pd_two_stage *two_stage);
+PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_advance. */
-PDI_FN void pdi_advance_list(pdi_owner *owner, void *object);
+/* Arrays of a pd_two_stage. */
+PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
 
 #endif

@@ -1,5 +1,5 @@
-/* advance: see advance.h */
-#include "transport/advance.h"
+/* two_stage: see two_stage.h */
+#include "transport/two_stage.h"
 #include "core/owner.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
@@ -7,53 +7,54 @@
 #include <string.h>
 
 /* A step is at most this many times the one before. */
-#define PDI_ADVANCE_GROWTH 4.0
+#define PDI_TWO_STAGE_GROWTH 4.0
 /* A step that is repeated is at least this share of the one that failed. */
-#define PDI_ADVANCE_SHRINK 0.1
+#define PDI_TWO_STAGE_SHRINK 0.1
 
-PDI_FN void pdi_advance_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object)
 {
-    pd_advance *advance = (pd_advance *)object;
-    int64_t total = advance->transport ? advance->transport->grid->total : 0;
-    PDI_ARRAY(owner, advance, start, total, "mol/m3");
-    PDI_ARRAY(owner, advance, carry, total, "mol/m3");
-    PDI_ARRAY(owner, advance, slope, total, "mol/m3");
-    PDI_ARRAY(owner, advance, rest, total, "mol/m3");
-    PDI_VALUE(owner, advance, time, "s");
-    PDI_VALUE(owner, advance, dt, "s");
-    PDI_VALUE(owner, advance, error, "1");
-    PDI_VALUE(owner, advance, out, "mol");
-    PDI_VALUE(owner, advance, in, "mol");
-    PDI_VALUE(owner, advance, steps, "1");
-    PDI_VALUE(owner, advance, rejected, "1");
-    PDI_VALUE(owner, advance, krylov, "1");
-    PDI_VALUE(owner, advance, euler, "1");
-    PDI_VALUE(owner, advance, result.limiter, "1");
-    PDI_VALUE(owner, advance, result.change, "1");
+    pd_two_stage *two_stage = (pd_two_stage *)object;
+    int64_t total = two_stage->transport ? two_stage->transport->grid->total : 0;
+    PDI_ARRAY(owner, two_stage, start, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, carry, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, slope, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, rest, total, "mol/m3");
+    PDI_VALUE(owner, two_stage, time, "s");
+    PDI_VALUE(owner, two_stage, dt, "s");
+    PDI_VALUE(owner, two_stage, error, "1");
+    PDI_VALUE(owner, two_stage, out, "mol");
+    PDI_VALUE(owner, two_stage, in, "mol");
+    PDI_VALUE(owner, two_stage, steps, "1");
+    PDI_VALUE(owner, two_stage, rejected, "1");
+    PDI_VALUE(owner, two_stage, krylov, "1");
+    PDI_VALUE(owner, two_stage, euler, "1");
+    PDI_VALUE(owner, two_stage, result.limiter, "1");
+    PDI_VALUE(owner, two_stage, result.change, "1");
 }
 
-static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc,
+                                    pd_two_stage *a)
 {
     memset(a, 0, sizeof *a);
     a->desc = *desc;
     if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
         !(desc->rtol + desc->first + desc->largest < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance",
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage",
                         "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
                         desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->transport = transport;
-    return pdi_owner_build(ctx, pdi_advance_list, a);
+    return pdi_owner_build(ctx, pdi_two_stage_list, a);
 }
 
-pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc, pd_two_stage *a)
 {
-    pd_status status = pdi_advance_make(ctx, transport, desc, a);
-    if (status < 0) pd_advance_free(ctx, a);
+    pd_status status = pdi_two_stage_make(ctx, transport, desc, a);
+    if (status < 0) pd_two_stage_free(ctx, a);
     return status;
 }
 
-static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
+static void pdi_two_stage_restore(const pd_ctx *ctx, pd_two_stage *a)
 {
     pdi_par_copy(ctx, a->transport->grid->total, a->start, a->transport->c);
     pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
@@ -61,7 +62,7 @@ static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
 
 /* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
  * start + carry + (1 - gamma)/gamma slope. */
-static void pdi_advance_between(pd_advance *a)
+static void pdi_two_stage_between(pd_two_stage *a)
 {
     pd_transport *t = a->transport;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
@@ -76,7 +77,7 @@ static void pdi_advance_between(pd_advance *a)
 
 /* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. What
  * the solvers of both stages leave undone of any field is no error of the step. */
-static double pdi_advance_error(const pd_advance *a, double *largest)
+static double pdi_two_stage_error(const pd_two_stage *a, double *largest)
 {
     const pd_transport *t = a->transport;
     double worst = 0.0, size = *largest;
@@ -91,30 +92,30 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
 }
 
 /* A flow and values outside become those of time t. */
-static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
+static pd_status pdi_two_stage_at(pd_ctx *ctx, pd_two_stage *a, double t)
 {
     if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
     return pdi_transport_at(ctx, a->transport, t);
 }
 
-static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
-    PDI_TRY(pdi_advance_at(ctx, a, a->time + g * dt));
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
     pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
     if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
-    pdi_advance_between(a);
-    PDI_TRY(pdi_advance_at(ctx, a, a->time + dt));
+    pdi_two_stage_between(a);
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
     status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
-    a->error = pdi_advance_error(a, &a->largest);
+    a->error = pdi_two_stage_error(a, &a->largest);
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
@@ -122,26 +123,26 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     return first > 0 ? first : status;
 }
 
-pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
     PDI_TRY(pdi_transport_at(ctx, t, a->time));
     pdi_transport_open(t);
-    pd_status status = pdi_advance_stages(ctx, a, dt, result);
+    pd_status status = pdi_two_stage_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
-        pdi_advance_restore(ctx, a);
+        pdi_two_stage_restore(ctx, a);
         status = pd_transport_implicit(ctx, t, dt, result);
         a->krylov += result->krylov;
         a->euler++;
     }
     if (status < 0) {
-        pdi_advance_restore(ctx, a);
+        pdi_two_stage_restore(ctx, a);
         return status;
     }
     a->out += dt * t->outflow;
@@ -153,9 +154,9 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
 
 /* ---- the steps of a process ---- */
 
-static pd_status pdi_advance_limit(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     int last;
     (void)ctx;
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->limit - s->time;
@@ -169,47 +170,47 @@ static pd_status pdi_advance_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-static pd_status pdi_advance_attempt(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
-    pd_status status = pd_advance_step(ctx, a, s->dt, &a->result);
+    pd_two_stage *a = (pd_two_stage *)self;
+    pd_status status = pd_two_stage_step(ctx, a, s->dt, &a->result);
     s->error = a->error / a->desc.rtol;
     return status < 0 || s->error <= 1.0 ? status : PD_RETRY;
 }
 
-static pd_status pdi_advance_accept(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     (void)ctx;
     a->time = s->end;
-    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     return PD_OK;
 }
 
-static pd_status pdi_advance_reject(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     int last;
-    pdi_advance_restore(ctx, a);
+    pdi_two_stage_restore(ctx, a);
     a->steps--;
     a->rejected++;
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * fmax(PDI_ADVANCE_SHRINK, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    a->dt = s->dt * fmax(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
-static pd_status pdi_advance_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
-    const pd_advance *a = (const pd_advance *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "advance",
+    const pd_two_stage *a = (const pd_two_stage *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "two_stage",
                     "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
 
-static pd_status pdi_advance_settle(pd_ctx *ctx, pd_advance *a)
+static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
 {
     const pd_transport_result *r = &a->result;
     char place[PDI_GRID_PLACE];
@@ -223,24 +224,24 @@ static pd_status pdi_advance_settle(pd_ctx *ctx, pd_advance *a)
                     pdi_grid_place(a->transport->grid, pdi_settle_worst(a->transport), place));
 }
 
-static pd_status pdi_advance_start(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     a->time = t;
     PDI_TRY(pdi_transport_at(ctx, a->transport, t));
-    return a->settle ? pdi_advance_settle(ctx, a) : PD_OK;
+    return a->settle ? pdi_two_stage_settle(ctx, a) : PD_OK;
 }
 
-static pd_status pdi_advance_store(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_two_stage_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     PDI_TRY(pdi_transport_store(ctx, a->transport, archive));
-    return pdi_owner_store(ctx, pdi_advance_list, a, archive);
+    return pdi_owner_store(ctx, pdi_two_stage_list, a, archive);
 }
 
-static void pdi_advance_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
+static void pdi_two_stage_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
 {
-    const pd_advance *a = (const pd_advance *)self;
+    const pd_two_stage *a = (const pd_two_stage *)self;
     (void)k;
     amounts->dissolved += pd_transport_stock(ctx, a->transport);
     amounts->carry += pd_transport_carried(ctx, a->transport);
@@ -248,38 +249,29 @@ static void pdi_advance_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amou
     amounts->in += a->in;
 }
 
-pd_process pd_advance_process(pd_advance *a)
+pd_process pd_two_stage_process(pd_two_stage *a)
 {
     pd_process p;
     memset(&p, 0, sizeof p);
     p.name = "transport in time";
     p.self = a;
+    p.time = &a->time;
     p.element = pdi_transport_element();
     p.elements = 1;
     p.steps = &a->steps;
-    p.start = pdi_advance_start;
-    p.limit = pdi_advance_limit;
-    p.attempt = pdi_advance_attempt;
-    p.accept = pdi_advance_accept;
-    p.reject = pdi_advance_reject;
-    p.stuck = pdi_advance_stuck;
-    p.store = pdi_advance_store;
-    p.balance = pdi_advance_balance;
+    p.start = pdi_two_stage_start;
+    p.limit = pdi_two_stage_limit;
+    p.attempt = pdi_two_stage_attempt;
+    p.accept = pdi_two_stage_accept;
+    p.reject = pdi_two_stage_reject;
+    p.stuck = pdi_two_stage_stuck;
+    p.store = pdi_two_stage_store;
+    p.balance = pdi_two_stage_balance;
     return p;
 }
 
-pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 {
-    pd_process p = pd_advance_process(a);
-    if (!(t_end >= a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    pd_status status = pdi_process_run(ctx, &p, a->time, t_end);
-    *result = a->result;
-    return status;
-}
-
-void pd_advance_free(pd_ctx *ctx, pd_advance *a)
-{
-    pdi_owner_free(ctx, pdi_advance_list, a);
+    pdi_owner_free(ctx, pdi_two_stage_list, a);
     memset(a, 0, sizeof *a);
 }
