@@ -89,8 +89,7 @@
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
- *     euler      transport without metal as a process, by one backward Euler step at a time; advance.h controls its error.
- *     advance    transport in time, of second order, with error-controlled steps.
+ *     two_stage  transport in time, of second order, with error-controlled steps.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -102,7 +101,6 @@
  *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
  *     dissolve   a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
- *     dissolving transport together with a dissolving metal, one implicit system, as a process.
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *     couple     a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
@@ -346,24 +344,24 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
 #define PD_BASE_H
 
 #define PD_STATUS_TABLE(X) \
-    X(PD_OK, 0, "done") \
-    X(PD_RETRY, 1, "nothing changed: retry with a smaller step") \
-    X(PD_NOT_CONVERGED, 2, "the iteration limit was reached before the tolerance") \
-    X(PD_ERR_ARGUMENT, -1, "an argument is out of range") \
-    X(PD_ERR_MEMORY, -2, "out of memory") \
-    X(PD_ERR_LIMIT, -3, "the memory limit of the context would be exceeded") \
-    X(PD_ERR_SIZE, -4, "a size overflows its type") \
-    X(PD_ERR_FILE, -5, "a file cannot be read or written") \
-    X(PD_ERR_PARSE, -6, "text does not follow the format") \
-    X(PD_ERR_GEOMETRY, -7, "the geometry is not admissible") \
-    X(PD_ERR_STATE, -8, "the state left the admissible range") \
-    X(PD_ERR_DIVERGED, -9, "a solver diverged") \
-    X(PD_ERR_LEDGER, -10, "the mass ledger does not close") \
-    X(PD_ERR_INTERNAL, -11, "pdcorr broke a promise of its own") \
-    X(PD_STOPPED, -12, "the poll function of the context asked to stop")
+    X(PD_OK, 0) /* done */ \
+    X(PD_RETRY, 1) /* nothing changed: retry with a smaller step */ \
+    X(PD_NOT_CONVERGED, 2) /* the iteration limit was reached before the tolerance */ \
+    X(PD_ERR_ARGUMENT, -1) /* an argument is out of range */ \
+    X(PD_ERR_MEMORY, -2) /* out of memory */ \
+    X(PD_ERR_LIMIT, -3) /* the memory limit of the context would be exceeded */ \
+    X(PD_ERR_SIZE, -4) /* a size overflows its type */ \
+    X(PD_ERR_FILE, -5) /* a file cannot be read or written */ \
+    X(PD_ERR_PARSE, -6) /* text does not follow the format */ \
+    X(PD_ERR_GEOMETRY, -7) /* the geometry is not admissible */ \
+    X(PD_ERR_STATE, -8) /* the state left the admissible range */ \
+    X(PD_ERR_DIVERGED, -9) /* a solver diverged */ \
+    X(PD_ERR_LEDGER, -10) /* the mass ledger does not close */ \
+    X(PD_ERR_INTERNAL, -11) /* pdcorr broke a promise of its own */ \
+    X(PD_STOPPED, -12) /* the poll function of the context asked to stop */
 
 typedef enum pd_status {
-#define PDI_X(name, value, text) name = value,
+#define PDI_X(name, value) name = value,
     PD_STATUS_TABLE(PDI_X)
 #undef PDI_X
     PD_STATUS_FORCE_SIGNED = -1000
@@ -397,13 +395,11 @@ typedef struct pd_ctx {
 
 #define pd_ctx_init PD_NAME(pd_ctx_init)
 #define pd_status_name PD_NAME(pd_status_name)
-#define pd_status_text PD_NAME(pd_status_text)
 
 /* Make ctx ready: C library memory, no limit, all threads. */
 PD_API void pd_ctx_init(pd_ctx *ctx);
-/* "PD_ERR_FILE" and its sentence. Any int is accepted. */
+/* "PD_ERR_FILE". Any int is accepted. */
 PD_API const char *pd_status_name(pd_status status);
-PD_API const char *pd_status_text(pd_status status);
 
 #ifdef PDI_INTERNAL
 #include <float.h>
@@ -630,14 +626,14 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
 /* pdi_par_begin returns the threads for a loop, and pdi_par_end gives pace the time that the loop took: `times` times
  * the work in one fork. Loops of one sort, work and times take the same time. */
-typedef struct pdi_par_watch {
+typedef struct pdi_par_timing {
     int threads;
     uint64_t key;
     double work;  /* [-] */
     double start; /* [s] */
-} pdi_par_watch;
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch);
-PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch);
+} pdi_par_timing;
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_timing *timing);
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
@@ -723,7 +719,6 @@ typedef struct pd_shape {
     int n[PD_DIM];
 } pd_shape;
 
-#define pd_shape_validate PD_NAME(pd_shape_validate)
 #define pd_shape_distance PD_NAME(pd_shape_distance)
 
 /* Most entries of an array of shapes. */
@@ -731,13 +726,13 @@ typedef struct pd_shape {
 /* Most evaluations of primitives and operations for one point. An entry that is used n times counts n times. */
 #define PD_SHAPE_MAX_EVALUATIONS 4096
 
-/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
- * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
-PD_API pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Signed distance [m] of point x to shape `index` of a validated array, negative inside. Exact for primitives (voxel
  * masks: up to one cell, beyond it a bound); a bound of the right sign inside set operations. Lipschitz constant 1. */
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
+/* Check the array of `count` shapes: parameters finite, radii positive, boxes not empty, children earlier.
+ * PD_ERR_ARGUMENT: the first shape and parameter at fault. PD_ERR_SIZE: a limit above. */
+PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Planes that a shape goes on behind: x_d = lo[d] (bit 2 d of `sides`) and x_d = hi[d] (bit 2 d + 1). */
 typedef struct pdi_shape_frame {
     const double *lo, *hi; /* [m] */
@@ -1022,7 +1017,7 @@ typedef struct pd_ghosts {
     int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
     int32_t *node, *source; /* [capacity] */
     uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
-    uint8_t *port;          /* [capacity] bit d: an inlet across axis d */
+    uint8_t *across;        /* [capacity] bit d: an inlet across axis d */
 } pd_ghosts;
 
 #define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
@@ -2094,7 +2089,6 @@ typedef struct pd_step {
     double dt;        /* [s] of the next attempt */
     double end;       /* [s] where the attempt ends: limit, or time + dt */
     double error;     /* [-] how good the attempt is, as its process counts it, for its `accept` and `reject` */
-    double shortest;  /* [s] attempts below it are hopeless, as its process sets it in `limit` */
     int trial;        /* attempts before this one */
     double fraction;  /* [-] of the run: largest share of a node's content that a step takes */
     double rtol;      /* [-] of the run: error in time of what is lost, over all that is lost */
@@ -2123,6 +2117,7 @@ typedef struct pd_amounts {
 typedef struct pd_process {
     const char *name; /* for polls, messages and checkpoints */
     void *self;
+    const double *time; /* [s] where it stands; NULL: it runs with others only */
     const pd_element *element; /* [elements] */
     int elements;
     int inner;            /* 1: a step of the run takes it through steps of its own */
@@ -2134,7 +2129,7 @@ typedef struct pd_process {
     pd_at_fn at;
     /* Lower step->dt to the longest step of the run that suits the process. Called when the first process takes several
      * steps of its own in a step of the run; a process that takes a single step says what it may be by `limit`. */
-    pd_status (*span)(pd_ctx *ctx, void *self, pd_step *step);
+    pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step and lower step->dt to what it may be; step->limit may come nearer, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
     /* Take a step of step->dt from step->time. PD_RETRY: it is not good enough, `reject` follows. */
@@ -2157,16 +2152,20 @@ typedef struct pd_process {
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
 } pd_process;
 
+#define pd_process_run PD_NAME(pd_process_run)
+
+/* Steps of a process alone up to t_end [s]. PD_NOT_CONVERGED: one of them said so. PD_ERR_ARGUMENT: t_end is past, or
+ * the process has no time. */
+PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
+
 #ifdef PDI_INTERNAL
 /* Equal steps of at most dt [s] over `left` [s]: the length of one. */
 PDI_FN double pdi_process_even(double left, double dt);
-/* A `span`: max_step of the run. */
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *step);
+/* A `longest`: max_step of the run. */
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *step);
 /* One accepted step from step->time that ends at step->end, by step->limit at the latest. Errors and PD_NOT_CONVERGED
  * are those of the process. */
 PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *process, pd_step *step);
-/* Steps of a process alone from one time to the other [s]. PD_NOT_CONVERGED: one of them said so. */
-PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *process, double from, double to);
 #endif
 
 #endif
@@ -2196,7 +2195,7 @@ typedef struct pd_least_squares_desc {
     double noise;       /* [-] of a residual, where it is known; 0: it is measured */
     pd_least_squares_fn fn;
     void *user;
-    void (*told)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
+    void (*report)(void *user, const double *value, double sum, int evaluations); /* called after a step; NULL: not */
 } pd_least_squares_desc;
 
 typedef struct pd_least_squares_result {
@@ -2328,10 +2327,10 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 /* Ghosts, pressure gradient and advecting velocity of the u and p that the caller has put in: all that transport needs
  * of a given flow. */
 PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
-/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. span
- * [s]: walls accelerate as they do on average from t - span to t + span; 0: not at all, as in steady flow. moved may be
+/* Velocities of inlets and walls and the body force become those of time t [s]; nothing happens without a clock. half
+ * [s]: walls accelerate as they do on average from t - half to t + half; 0: not at all, as in steady flow. moved may be
  * NULL, or gets [-] the largest change: of velocities over U, of forces over U^2/L. */
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved);
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved);
 /* Residuals of the present state: ru [PD_DIM][total] [m/s2], rc [total] [1/s], zero outside of fluid nodes. */
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
@@ -2429,7 +2428,7 @@ PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t s
     return sum;
 }
 /* g.(w_i + w_j): what the advecting velocity w brings through the bond, and into the momentum (eq. 4.3). */
-PDI_INLINE double pdi_flow_carried(const double *g, const double *near, int64_t near_stride, const double *far,
+PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_t near_stride, const double *far,
                                    int64_t far_stride)
 {
     double sum = 0.0;
@@ -2512,22 +2511,18 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, c
 #ifndef PD_FORCE_H
 #define PD_FORCE_H
 
-#define pd_force_shape PD_NAME(pd_force_shape)
 #define pd_force_surface PD_NAME(pd_force_surface)
 #define pd_force_balance PD_NAME(pd_force_balance)
 
+#define PD_FORCE_ALL (-1)   /* as shape: everything */
+#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
 /* force [PD_DIM] [N; 1D: N/m2, 2D: N/m, axisymmetric: N along z, 0 across] that the present state of the flow exerts on
  * walls and solids between lo and hi [m]: friction of the fluid nodes there, and pressure on the points there at which
  * bonds meet the surface. friction and pressure are its parts (NULL: not wanted). Friction takes the steady balance of
- * momentum on the surface. */
-PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force,
+ * momentum on the surface. shape is an index in the shapes of the grid: all closed cells whose centres lie in it count,
+ * walls, and metal that has not dissolved. A cell of several shapes counts for each. */
+PD_API void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
                              double *friction, double *pressure);
-/* The force as above, on one shape. shape is its index in the shapes of the grid. The shape has the closed cells whose
- * centres lie in it: walls, and metal that has not dissolved. A cell of several shapes counts for each. */
-#define PD_FORCE_ALL (-1)   /* as shape: everything */
-#define PD_FORCE_SIDES (-2) /* as shape: the sides of the box, which are no part of a shape */
-PD_API void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
-                           double *friction, double *pressure);
 /* The force on everything inside the box of cells next to lo .. hi [m], from what passes the sides of this box in a
  * steady flow. The body force counts with the cells of fluid inside. PD_ERR_GEOMETRY: a closed or outer node lies
  * within two cells of a side. */
@@ -2711,7 +2706,6 @@ typedef struct pd_implicit {
 
 #define pd_implicit_build PD_NAME(pd_implicit_build)
 #define pd_implicit_step PD_NAME(pd_implicit_step)
-#define pd_implicit_run PD_NAME(pd_implicit_run)
 #define pd_implicit_process PD_NAME(pd_implicit_process)
 #define pd_implicit_free PD_NAME(pd_implicit_free)
 
@@ -2720,10 +2714,8 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
                                    pd_implicit *implicit);
 /* One step of dt [s], whatever its error. PD_RETRY, state unchanged: a stage did not converge. */
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: steps of 1e-12 of the first one do not converge, or their
- * error does not fall. */
-PD_API pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *implicit, double t_end);
-/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+/* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
+ * do not converge, or their error does not fall. */
 PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
@@ -2815,7 +2807,6 @@ typedef struct pd_unsteady {
 #define pd_unsteady_build PD_NAME(pd_unsteady_build)
 #define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
 #define pd_unsteady_step PD_NAME(pd_unsteady_step)
-#define pd_unsteady_run PD_NAME(pd_unsteady_run)
 #define pd_unsteady_process PD_NAME(pd_unsteady_process)
 #define pd_unsteady_free PD_NAME(pd_unsteady_free)
 
@@ -2827,9 +2818,8 @@ PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
 PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
 PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
-/* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
-PD_API pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *unsteady, double t_end);
-/* The flow as a part of a run, for pd_couple_add; it prepares the flow. */
+/* The flow as a process; it prepares the flow. Steps of cfl times the limit; rejected steps are halved. PD_ERR_STATE:
+ * 20 halvings did not help. */
 PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
 PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
 
@@ -2896,10 +2886,8 @@ typedef struct pd_gas {
 #define pd_gas_build PD_NAME(pd_gas_build)
 #define pd_gas_limit PD_NAME(pd_gas_limit)
 #define pd_gas_step PD_NAME(pd_gas_step)
-#define pd_gas_run PD_NAME(pd_gas_run)
 #define pd_gas_process PD_NAME(pd_gas_process)
 #define pd_gas_free PD_NAME(pd_gas_free)
-#define pd_gas_store PD_NAME(pd_gas_store)
 
 /* Grid and bonds are borrowed and must not change. Sides: periodic, mirror, wall; outlets let pass what comes (zero
  * gradient); inlets hold the state that the caller gives their ghosts (a far field: waves leave through them too).
@@ -2912,17 +2900,13 @@ PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density or pressure would turn non-positive, or a value infinite.
  * PD_ERR_STATE: the state before the step is not admissible. */
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
-/* Steps of cfl times the limit up to t_end [s]; rejected steps are halved. PD_ERR_STATE: 20 halvings did not help. */
-PD_API pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end);
-/* The gas as a part of a run, for pd_couple_add, with ledgers of mass and energy. */
+/* The gas as a process, with ledgers of mass and energy. Steps of cfl times the limit; rejected steps are halved.
+ * PD_ERR_STATE: 20 halvings did not help. */
 PD_API pd_process pd_gas_process(pd_gas *gas);
 #ifdef PDI_INTERNAL
 /* stock [PD_GAS_FIELDS]: mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
 #endif
-/* Write what steps carry on, or read it into a gas built alike, to go on with the same bits. Errors: those
- * of the archive; PD_ERR_STATE: the state is not admissible. */
-PD_API pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive);
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #ifdef PDI_INTERNAL
@@ -3451,43 +3435,24 @@ PDI_FN int32_t pdi_settle_worst(const pd_transport *transport);
 
 #endif
 
-/* ======== >>transport/euler.h ======== */
-/* euler: transport without metal as a process, by one backward Euler step at a time; advance.h controls its error. */
-#ifndef PD_EULER_H
-#define PD_EULER_H
-
-typedef struct pd_euler {
-    pd_transport *transport;
-    pd_transport_result result; /* of the last step */
-    double out, in;             /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the start */
-    int64_t krylov;
-} pd_euler;
-
-#define pd_euler_process PD_NAME(pd_euler_process)
-
-/* Zeroes `euler`, which must live as long as the process. The transport is borrowed. */
-PD_API pd_process pd_euler_process(pd_transport *transport, pd_euler *euler);
-
-#endif
-
-/* ======== >>transport/advance.h ======== */
-/* advance: transport in time, of second order, with error-controlled steps.
+/* ======== >>transport/two_stage.h ======== */
+/* two_stage: transport in time, of second order, with error-controlled steps.
  *
  * The two-stage L-stable SDIRK method of implicit.h on the implicit stages of transport.h (theory: eq. 5.9 to 5.11). No
  * linear method of second order keeps all fields within their bounds for all steps; a step that leaves them is taken
  * again by backward Euler, which does. Amounts are conserved to rounding either way.
  */
-#ifndef PD_ADVANCE_H
-#define PD_ADVANCE_H
+#ifndef PD_TWO_STAGE_H
+#define PD_TWO_STAGE_H
 
-typedef struct pd_advance_desc {
+typedef struct pd_two_stage_desc {
     double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
     double first;   /* [s] first step of a run; 0: found from the error of trial steps */
     double largest; /* [s] largest step of a run; 0: none */
-} pd_advance_desc;
+} pd_two_stage_desc;
 
-typedef struct pd_advance {
-    pd_advance_desc desc; /* defaults filled in */
+typedef struct pd_two_stage {
+    pd_two_stage_desc desc; /* defaults filled in */
     pd_transport *transport;
     pd_at_fn at;           /* of the step at hand: called before each stage, for a flow that follows its boundary */
     void *at_user;
@@ -3504,29 +3469,26 @@ typedef struct pd_advance {
     pd_transport_result result; /* of the last stage */
     int64_t steps, rejected, krylov;
     int64_t euler;         /* steps taken by backward Euler to keep the bounds */
-} pd_advance;
+} pd_two_stage;
 
-#define pd_advance_build PD_NAME(pd_advance_build)
-#define pd_advance_step PD_NAME(pd_advance_step)
-#define pd_advance_run PD_NAME(pd_advance_run)
-#define pd_advance_process PD_NAME(pd_advance_process)
-#define pd_advance_free PD_NAME(pd_advance_free)
+#define pd_two_stage_build PD_NAME(pd_two_stage_build)
+#define pd_two_stage_step PD_NAME(pd_two_stage_step)
+#define pd_two_stage_process PD_NAME(pd_two_stage_process)
+#define pd_two_stage_free PD_NAME(pd_two_stage_free)
 
 /* transport is borrowed; its c is the state. PD_ERR_ARGUMENT: a knob is negative or not finite. */
-PD_API pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc,
-                                  pd_advance *advance);
-/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and below: a linear solver
- * stopped above its tolerance; what is missing is in the carry of transport. */
-PD_API pd_status pd_advance_step(pd_ctx *ctx, pd_advance *advance, double dt, pd_transport_result *result);
-/* Steps of controlled error up to t_end [s]. PD_ERR_STATE: the error does not fall with the step. */
-PD_API pd_status pd_advance_run(pd_ctx *ctx, pd_advance *advance, double t_end, pd_transport_result *result);
-/* The transport as a part of a run, for pd_couple_add: by such steps. */
-PD_API pd_process pd_advance_process(pd_advance *advance);
-PD_API void pd_advance_free(pd_ctx *ctx, pd_advance *advance);
+PD_API pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc,
+                                    pd_two_stage *two_stage);
+/* One step of dt [s], whatever its error. result: of the last stage. PD_NOT_CONVERGED, here and in runs: a linear
+ * solver stopped above its tolerance; what is missing is in the carry of transport. */
+PD_API pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *two_stage, double dt, pd_transport_result *result);
+/* The transport as a process, by steps of controlled error. PD_ERR_STATE: the error does not fall with the step. */
+PD_API pd_process pd_two_stage_process(pd_two_stage *two_stage);
+PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_advance. */
-PDI_FN void pdi_advance_list(pdi_owner *owner, void *object);
+/* Arrays of a pd_two_stage. */
+PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
@@ -3717,7 +3679,7 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 PDI_FN void pdi_law_tame(double most, pdi_law_point *point);
 /* Of a pinned point, with the speed [m/s] that the fluid needs: 1: it lies between those of the jump, within `near`,
  * and is the speed of the line. 0: the point has left the jump, and there is another line. */
-PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *point);
+PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *point);
 /* Least V between concentrations a and c where the law rises in between, else HUGE_VAL. It may be below V at both. */
 PDI_FN double pdi_law_slowest(pdi_law *law, pdi_law_point *point, double a, double c);
 
@@ -3899,7 +3861,7 @@ typedef struct pd_dissolve {
                                * that the surface of the node set lies where the metal ends on average (eq. 6.5) */
     double spread;            /* [1/m2] sum a(n) of a whole family */
     double time;              /* [s] of the law, set by the caller before pdi_dissolve_prepare */
-    double most;              /* [-] set like time: the largest share of its span that a node may lose in a step; 0:
+    double most;              /* [-] set like time: the largest share of its supply that a node may lose in a step; 0:
                                * any */
     double rtol;              /* [-] set like time: error in time of the metal lost, over all that is lost; 0: any */
     double lost;              /* [mol] set like time: lost before the step */
@@ -3910,7 +3872,7 @@ typedef struct pd_dissolve {
     struct pdi_beside *beside; /* these nodes */
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
-    double *rate;             /* [total] [1/s] solid nodes: share of the span lost per time in the last step */
+    double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
     struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
     int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
     int32_t reach_capacity, reach_rows;
@@ -3925,13 +3887,18 @@ typedef struct pd_dissolve {
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
     double rinsed;            /* [mol] activation: what is gone in the last step */
+    /* ---- a run: */
+    pd_transport_result result; /* of the last step */
+    double longest;           /* [s] attempt at the step at hand */
+    double out, in;           /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
+    int64_t krylov;
 } pd_dissolve;
 
 #ifdef PDI_INTERNAL
 
 /* A metal: Cs, content that it loses before it turns fluid, content at which it turns [mol/m3], law. */
 typedef struct pdi_metal_kind {
-    double solid, span, end;
+    double solid, supply, end;
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
@@ -3981,7 +3948,7 @@ static inline int pdi_metal_of(const pd_dissolve *d, int32_t j) { return d->desc
 /* Cs there. */
 static inline double pdi_metal_solid(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].solid; }
 /* What an intact node j loses before it turns fluid [mol/m3]. */
-static inline double pdi_metal_span(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].span; }
+static inline double pdi_metal_supply(const pd_dissolve *d, int32_t j) { return d->kind[pdi_metal_of(d, j)].supply; }
 /* Content at which node j turns [mol/m3]. */
 static inline double pdi_metal_end(const pd_dissolve *d, int32_t j)
 {
@@ -3992,10 +3959,10 @@ static inline pdi_metal_beside *pdi_metal_portion(const pd_dissolve *d, const pd
 {
     return d->portion + (beside - d->beside) * d->kinds;
 }
-/* Content of node j above what stays in it, as a share of the span. */
+/* Content of node j above what stays in it, as a share of the supply. */
 static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 {
-    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_span(d, j);
+    return (d->transport->c[j] - pdi_metal_end(d, j)) / pdi_metal_supply(d, j);
 }
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
@@ -4020,7 +3987,7 @@ static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 {
     if (d->desc.drive == PD_DRIVE_CONSTANT) return 1.0;
     const pdi_metal_kind *kind = &d->kind[pdi_metal_of(d, j)];
-    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->span;
+    return kind->ratio * (d->transport->c[j] - d->transport->c[i]) / kind->supply;
 }
 #endif
 
@@ -4056,7 +4023,7 @@ PDI_FN double pdi_interface_speed(const pd_dissolve *dissolve, int32_t i, int me
 PDI_FN double pdi_interface_fastest(const pd_dissolve *dissolve, int32_t i);
 /* The law beside a node. A drive by difference is part of it. */
 PDI_FN void pdi_interface_law(const pd_dissolve *dissolve, const pdi_beside *beside, pdi_law *law);
-/* Rate [1/s] at which exposed node f loses its span. */
+/* Rate [1/s] at which exposed node f loses its supply. */
 PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 /* What steps are chosen for: the same; with a loss in proportion to a difference that of a node with fluid all around
  * by a constant drive. Such a loss fades, and steps that follow it would grow up to the end. */
@@ -4149,13 +4116,18 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
 #define PD_DISSOLVE_H
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
-#define pd_dissolve_damage PD_NAME(pd_dissolve_damage)
-#define pd_dissolve_stock PD_NAME(pd_dissolve_stock)
+#define pd_dissolve_process PD_NAME(pd_dissolve_process)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
 /* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
 PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
+/* Transport together with the metal, one implicit system, as a process. A step is as long as no solid node loses more
+ * than a set fraction and the error in time of what is lost allows. What a law knows of time holds at the middle of the
+ * step, which is of second order. */
+PD_API pd_process pd_dissolve_process(pd_dissolve *dissolve);
+PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
+
 #ifdef PDI_INTERNAL
 /* Begin a step: who lies beside metal, and the law there, at the present concentrations and at dissolve->time; sets
  * transport->source and ->absorb. PD_ERR_STATE: the law returned NaN, infinity or 1e100 m/s and more (the message names
@@ -4167,50 +4139,13 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *dissolve);
  * the step is taken again with what it has (theory: eq. 6.6b). PD_RETRY, nothing changed: a node would lose more than
  * `most`, the error is above `rtol`, or law and transport found no common solution; prepare again and take retry_dt. */
 PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, double dt, pd_transport_result *result);
-/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
- * change; bonds, flow and transport are the caller's to update with dissolve->changed). */
-PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
-#endif
-/* Amount [mol, per m in planar 2D] left in solid nodes. */
-PD_API double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *dissolve);
 /* Damage [-] of a node: of metal the share of its mechanical bonds that are broken, or the share of Cs - Csat that it
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
-PD_API double pd_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
-PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
-
-#ifdef PDI_INTERNAL
-/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
- * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
- */
-PDI_FN void pdi_dissolve_course(const pd_dissolve *dissolve, double t, double dt, double *error, double *taken);
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
 /* Its arrays; those of the fluid beside metal, which are made later. */
 PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
 PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
-
-#endif
-
-/* ======== >>metal/dissolving.h ======== */
-/* dissolving: transport together with a dissolving metal, one implicit system, as a process.
- *
- * A step is as long as no solid node loses more than a set fraction and the error in time of what is lost allows. What
- * a law knows of time holds at the middle of the step, which is of second order.
- */
-#ifndef PD_DISSOLVING_H
-#define PD_DISSOLVING_H
-
-typedef struct pd_dissolving {
-    pd_dissolve *dissolve;
-    pd_transport_result result; /* of the last step */
-    double first;               /* [s] longest attempt at the step at hand */
-    double out, in;             /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the start */
-    int64_t krylov;
-} pd_dissolving;
-
-#define pd_dissolving_process PD_NAME(pd_dissolving_process)
-
-/* Zeroes `dissolving`, which must live as long as the process. The metal is borrowed, and its transport. */
-PD_API pd_process pd_dissolving_process(pd_dissolve *dissolve, pd_dissolving *dissolving);
 
 #endif
 
@@ -4815,22 +4750,19 @@ typedef struct pd_pvd {
 } pd_pvd;
 
 #define pd_vti_write PD_NAME(pd_vti_write)
-#define pd_pvd_init PD_NAME(pd_pvd_init)
-#define pd_pvd_add PD_NAME(pd_pvd_add)
-#define pd_pvd_free PD_NAME(pd_pvd_free)
 
 /* Write `count` fields of the box at time [s], aside and renamed. PD_ERR_ARGUMENT: a field without name or data, two
  * of one name, time not finite; PD_ERR_FILE. */
 PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count);
-/* Start an empty collection; the file appears with the first entry. */
-PD_API pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
-/* Add a file at time [s] and rewrite the collection aside. Times must increase: PD_ERR_ARGUMENT. A file in the
- * directory of the collection is listed by its name alone, so that the directory can be moved. */
-PD_API pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
-PD_API void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 
 #ifdef PDI_INTERNAL
+/* Start an empty collection; the file appears with the first entry. */
+PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
+/* Add a file at time [s] and rewrite the collection aside. Times must increase: PD_ERR_ARGUMENT. A file in the
+ * directory of the collection is listed by its name alone, so that the directory can be moved. */
+PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
+PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 /* The entries of a collection, into an empty one. */
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 #endif
@@ -4939,14 +4871,13 @@ typedef struct pd_dims {
 #define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format and pdi_units_describe write */
 
 #define pd_units_parse PD_NAME(pd_units_parse)
-#define pd_units_same PD_NAME(pd_units_same)
 
 /* Read a unit: *scale is its size in SI (1 mL/min: 1.667e-8), *dims its dimension. Either may be NULL.
  * PD_ERR_PARSE: not a unit. */
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
-/* 1 when both dimensions agree. */
-PD_API int pd_units_same(const pd_dims *a, const pd_dims *b);
 #ifdef PDI_INTERNAL
+/* 1 when both dimensions agree. */
+PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b);
 /* "a speed [m/s]", "a plain number", "a quantity [kg m2]" into text[PD_UNITS_TEXT]. */
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text);
 /* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
@@ -5421,8 +5352,8 @@ typedef struct pd_setup {
     char source[PD_PATH_SIZE]; /* the file as it was named, for messages */
     int line[PD_PART_COUNT];   /* of the file: the section of each part, 0: none */
     int shape_line;            /* of the first solid, without solid of the first shape; 0: none */
-    char *identity;            /* what makes it this scene and no other, a line each; NULL: not read from a file */
-    size_t identity_size;      /* [byte] */
+    char *fingerprint;          /* what makes it this scene and no other, a line each; NULL: not read from a file */
+    size_t fingerprint_size;   /* [byte] */
     int threads;               /* 0: all */
     unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
@@ -5635,7 +5566,7 @@ typedef struct pdi_read_tables {
 /* The column that stands under `key` as "heading" or "heading in unit": values [rows], as they stand, the text of their
  * unit [PD_UNITS_TEXT], its size and dimension. A number is a column counted from 1. fallback: NULL, or what a missing
  * key means. bracket: without "in" the unit stands in the heading, "loss [%]". */
-PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *chart, const char *key, const char *fallback,
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
 /* The tables go to `setup`, and `text` knows them from then on. folder: of the scene. Errors name the line of the scene
  * and that of the table: PD_ERR_PARSE, PD_ERR_ARGUMENT. */
@@ -5652,7 +5583,7 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
 #define PD_FINGERPRINT_H
 
 #ifdef PDI_INTERNAL
-/* setup->identity, from the text of a scene that has been read. */
+/* setup->fingerprint, from the text of a scene that has been read. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* One more line, without newline. */
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *setup, const char *line);
@@ -5877,14 +5808,17 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
 #define PD_SCENE_H
 
 #define pd_scene_read PD_NAME(pd_scene_read)
-#define pd_scene_build PD_NAME(pd_scene_build)
 
 /* Read the file, apply `count` overrides ("key=value", "section.key=value"), check everything that can be checked
  * without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
-/* The same from a text; `name` stands in messages, files that the scene names are looked for beside it. */
-PD_API pd_status pd_scene_build(pd_ctx *ctx, const char *name, const char *text, const char *const *overrides,
-                                int count, pd_setup *setup);
+
+#ifdef PDI_INTERNAL
+/* Read the text `bytes`, or the file at `path` where it is NULL; `path` stands in messages, and files that the scene
+ * names are looked for beside it. */
+PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+                                 int count, pd_setup *setup);
+#endif
 
 #endif
 
@@ -5974,7 +5908,7 @@ typedef struct pd_footprint {
 #define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
 
 /* What a run of the setup takes at most; shapes are sampled at some thousand points. */
-PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *budget);
+PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *footprint);
 
 #ifdef PDI_INTERNAL
 /* dry: a run that writes nothing. PD_ERR_LIMIT when the estimate passes ctx->alloc.limit by more than its error;
@@ -6004,12 +5938,11 @@ typedef struct pd_model {
     pd_unsteady unsteady;
     pd_gas gas;
     pd_transport transport;
-    pd_advance advance;   /* without dissolution */
+    pd_two_stage two_stage;   /* without dissolution */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
     pd_dissolve dissolve;
-    pd_dissolving dissolving;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_couple couple;
@@ -6467,7 +6400,7 @@ PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 /* coarser: a setup once more on a coarser lattice: the same physics, tolerances and geometry, `factor` times the
  * spacing.
  *
- * The difference of a run at h and its twin at 2 h gives the error of the lattice (estimate.h). A rate by layers keeps
+ * The difference of a run at h and that at 2 h gives the error of the lattice (estimate.h). A rate by layers keeps
  * the thickness of the layer. Planes keep their places: a plane between two planes of the coarser lattice is watched on
  * both.
  */
@@ -6483,7 +6416,7 @@ typedef struct pd_coarser {
 /* factor: 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot hold the scene: the box is no whole number of its
  * cells or the face of a box no plane of it, fluid, solid or wall is thinner than one of them or lost on it, a plane is
  * left without a place. PD_ERR_SIZE: more planes than there is room for. */
-PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin);
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser);
 #endif
 
 #endif
@@ -6492,17 +6425,17 @@ PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int facto
 /* estimate: the error of a run by Richardson's extrapolation, from runs on lattices of two and four times the spacing.
  *
  * With the figures f1, f2, f4 at h, 2 h, 4 h the observed order is p = log2((f4 - f2)/(f2 - f1)), and f1 is off by
- * |f2 - f1|/(2^p - 1). Where the lattice has no second twin, or p lies outside 0.5 .. 3 (the differences are not yet
- * those of a power of h), p is the order of the method: 2 for flow and transport, 1 for what dissolution or upwinding
- * decides, and the larger of the differences |f2 - f1| and |f4 - f2|/2^p counts. Tolerances and steps between outputs
- * are those of the run, so their errors show only as far as they change with h.
+ * |f2 - f1|/(2^p - 1). Where there is no lattice at 4 h, or p lies outside 0.5 .. 3 (the differences are not yet those
+ * of a power of h), p is the order of the method: 2 for flow and transport, 1 where dissolution or upwinding decides.
+ * The larger of the differences |f2 - f1| and |f4 - f2|/2^p counts then. Tolerances and steps between outputs are those
+ * of the run, so their errors show only as far as they change with h.
  */
 #ifndef PD_ESTIMATE_H
 #define PD_ESTIMATE_H
 
 typedef struct pd_estimated {
     pd_figure figure;  /* of the run */
-    double twin[2];    /* [unit of the figure] at 2 h and 4 h; NaN: none */
+    double coarser[2]; /* [unit of the figure] at 2 h and 4 h; NaN: none */
     double order;      /* [-] */
     int assumed;       /* the order is that of the method */
     double error;      /* [-] of the figure, over its size; NaN: unknown */
@@ -6512,12 +6445,12 @@ typedef struct pd_estimated {
 
 typedef struct pd_estimate {
     const pd_setup *setup;
-    int twins;                   /* runs it rests on, 1 or 2 */
+    int coarser_runs;            /* runs it rests on, 1 or 2 */
     char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
     pd_estimated *list;          /* [count] */
     int count;
     int worst;                   /* index of the largest error of those that are not minor; -1: none */
-    double wall;                 /* [s] that the twins took */
+    double wall;                 /* [s] that they took */
 } pd_estimate;
 
 #define pd_estimate_run PD_NAME(pd_estimate_run)
@@ -6525,15 +6458,15 @@ typedef struct pd_estimate {
 #define pd_estimate_spacing PD_NAME(pd_estimate_spacing)
 #define pd_estimate_free PD_NAME(pd_estimate_free)
 
-/* Run the twins of a run that gave `figures`; desc says when to stop. With desc->check they are only built: then
- * there are no errors, only `twins` and `without`. setup is borrowed. The errors of pdi_coarser_build
- * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
+/* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check they are only built:
+ * then there are no errors, only `coarser_runs` and `without`. setup is borrowed. The errors of pdi_coarser_build and
+ * pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
 PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
                                  pd_estimate *estimate);
 /* A line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
 PD_API void pd_estimate_print(const pd_estimate *estimate, pd_print_fn print, void *user);
-/* The largest h[PD_DIM] [m] that divides the box and its twin's and at which no figure but minor ones should be off by
- * more than `accuracy` [-], as far as the orders hold; the h of the run when that is so already. */
+/* The largest h[PD_DIM] [m] that divides the boxes of the run and of the coarser ones, and at which no figure but minor
+ * ones should be off by more than `accuracy` [-], as far as the orders hold; h of the run when that is so already. */
 PD_API void pd_estimate_spacing(const pd_estimate *estimate, double accuracy, double *h);
 PD_API void pd_estimate_free(pd_ctx *ctx, pd_estimate *estimate);
 
@@ -6718,7 +6651,7 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
 /* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
-#define PDI_PACE_SETTLE 0.015
+#define PDI_PACE_SKIP 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
 #define PDI_PACE_LOST (1.0 / 6.0)
 /* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
@@ -6778,7 +6711,7 @@ static void pdi_pace_judge(pd_pace *pace, double now)
 }
 
 /* The end of a window without a trial. */
-static void pdi_pace_turn(pd_pace *pace, double now)
+static void pdi_pace_switch(pd_pace *pace, double now)
 {
     int late = pace->lost > PDI_PACE_LOST * pace->spent || now - pace->until > PDI_PACE_CHECK;
     if (now < pace->until || (!pace->one && !late)) pdi_pace_open(pace, pace->one, 0, now);
@@ -6792,7 +6725,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
         pace->until = start;
         pdi_pace_open(pace, 0, 0, start);
     }
-    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SETTLE)) {
+    if (took > 0.0 && (!pace->trying || start - pace->since > PDI_PACE_SKIP)) {
         pd_pace_loop *loop = pdi_pace_find(pace, key);
         loop->sum[pace->one] += took;
         loop->count[pace->one] += 1.0;
@@ -6803,13 +6736,13 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
             pace->spent += took;
         }
     }
-    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SETTLE : 0.0)) return;
+    if (end - pace->since < PDI_PACE_WINDOW + (pace->trying ? PDI_PACE_SKIP : 0.0)) return;
     if (pace->trying) pdi_pace_judge(pace, end);
-    else pdi_pace_turn(pace, end);
+    else pdi_pace_switch(pace, end);
 }
 
 #undef PDI_PACE_WINDOW
-#undef PDI_PACE_SETTLE
+#undef PDI_PACE_SKIP
 #undef PDI_PACE_LOST
 #undef PDI_PACE_SLOW
 #undef PDI_PACE_REST
@@ -6828,22 +6761,11 @@ void pd_ctx_init(pd_ctx *ctx) { memset(ctx, 0, sizeof *ctx); }
 const char *pd_status_name(pd_status status)
 {
     switch ((int)status) {
-#define PDI_X(name, value, text) \
+#define PDI_X(name, value) \
     case value: return #name;
         PD_STATUS_TABLE(PDI_X)
 #undef PDI_X
     default: return "PD_UNKNOWN";
-    }
-}
-
-const char *pd_status_text(pd_status status)
-{
-    switch ((int)status) {
-#define PDI_X(name, value, text) \
-    case value: return text;
-        PD_STATUS_TABLE(PDI_X)
-#undef PDI_X
-    default: return "unknown status";
     }
 }
 
@@ -7180,22 +7102,22 @@ PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
     return offered > 1 && ctx->pace.one ? 1 : offered;
 }
 
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_watch *watch)
+PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int times, uint64_t sort, pdi_par_timing *timing)
 {
-    watch->threads = pdi_par_offered(ctx, work);
-    if (watch->threads == 1) return 1;
-    watch->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
-                 (uint64_t)watch->threads;
-    watch->work = (double)work * times;
-    watch->start = pdi_par_clock();
-    return ctx->pace.one ? 1 : watch->threads;
+    timing->threads = pdi_par_offered(ctx, work);
+    if (timing->threads == 1) return 1;
+    timing->key = (((uint64_t)work * UINT64_C(0x9e3779b97f4a7c15) ^ sort) * 16 + (uint64_t)times) * 1024 +
+                 (uint64_t)timing->threads;
+    timing->work = (double)work * times;
+    timing->start = pdi_par_clock();
+    return ctx->pace.one ? 1 : timing->threads;
 }
 
 /* A context is never const itself, and its pace is no part of what a call promises to leave as it is. */
-PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_watch *watch)
+PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing)
 {
-    if (watch->threads == 1) return;
-    pdi_pace_note(&((pd_ctx *)ctx)->pace, watch->key, watch->threads, watch->work, watch->start, pdi_par_clock());
+    if (timing->threads == 1) return;
+    pdi_pace_note(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start, pdi_par_clock());
 }
 
 static double pdi_par_block_dot(const double *x, const double *y, int64_t n)
@@ -7228,8 +7150,8 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
                          double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, n, count, 0, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 0, &timing);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int m = 0; m < count; m++) dots[m] = 0.0;
@@ -7246,14 +7168,14 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w)
 {
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, n, count, 1, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
     (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     PDI_PARALLEL_FOR(nt)
@@ -7267,7 +7189,7 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
             for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
@@ -7690,7 +7612,7 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d has type %d, which is none", k, (int)s->type);
 }
 
-pd_status pd_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
+PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count)
 {
     int evaluations[PD_SHAPE_MAX];
     if (count < 0 || (count > 0 && !shapes))
@@ -7885,9 +7807,9 @@ static pd_status pdi_area_add_direction(pd_ctx *ctx, pdi_area_fit *fit, const do
     return PD_OK;
 }
 
-/* Barycentric mesh of the positive octant (quadrant), stretched by `stretch`; of directions that exchanging axes of
+/* Barycentric mesh of the positive octant (quadrant), stretched by `scale`; of directions that exchanging axes of
  * equal spacing maps onto each other one is kept. */
-static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *stretch, int divisions)
+static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, const double *scale, int divisions)
 {
     int index[3];
     for (index[0] = 0; index[0] <= divisions; index[0]++)
@@ -7901,7 +7823,7 @@ static pd_status pdi_area_mesh(pd_ctx *ctx, pdi_area_fit *fit, const double *h, 
                 for (int b = a + 1; b < PD_DIM; b++)
                     if (pdi_area_equal_spacing(h[a], h[b]) && index[b] > index[a]) keep = 0;
                 if (index[a] == divisions) keep = 0;
-                direction[a] = index[a] * stretch[a];
+                direction[a] = index[a] * scale[a];
             }
             if (keep) PDI_TRY(pdi_area_add_direction(ctx, fit, direction));
         }
@@ -9047,7 +8969,7 @@ static void pdi_ghost_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ghosts, node, ghosts->capacity, "1");
     PDI_ARRAY(owner, ghosts, source, ghosts->capacity, "1");
     PDI_ARRAY(owner, ghosts, odd, ghosts->capacity, "1");
-    PDI_ARRAY(owner, ghosts, port, ghosts->capacity, "1");
+    PDI_ARRAY(owner, ghosts, across, ghosts->capacity, "1");
 }
 
 static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
@@ -9065,14 +8987,14 @@ PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g
 }
 
 /* The axis of the inlet or outlet that a ghost lies behind, as a bit. */
-static int pdi_ghost_port(const pd_grid *grid, int32_t node)
+static int pdi_ghost_across(const pd_grid *grid, int32_t node)
 {
-    int i[PD_DIM], port = 0;
+    int i[PD_DIM], across = 0;
     pdi_grid_index(grid, node, i);
     pdi_grid_fold(grid, i);
     for (int d = 0; d < PD_DIM; d++)
-        if (i[d] < 0 || i[d] >= grid->n[d]) port |= 1 << d;
-    return port;
+        if (i[d] < 0 || i[d] >= grid->n[d]) across |= 1 << d;
+    return across;
 }
 
 static void pdi_ghost_add(pd_ghosts *g, int32_t node)
@@ -9082,9 +9004,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     pdi_grid_index(grid, node, i);
     odd = pdi_grid_fold(grid, i);
     g->source[g->listed] = pdi_grid_image(grid, node, &flip);
-    g->port[g->listed] = (uint8_t)pdi_ghost_port(grid, node);
+    g->across[g->listed] = (uint8_t)pdi_ghost_across(grid, node);
     /* all components but the normal one change their sign behind an outlet */
-    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->port[g->listed];
+    if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->across[g->listed];
     if (grid->kind[node] == PD_INLET) odd = flip;
     g->node[g->listed] = node;
     g->odd[g->listed++] = (uint8_t)odd;
@@ -9134,7 +9056,7 @@ PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
             double there = v[(int64_t)d * g->grid->total + source];
             *value = side;
             if (g->grid->kind[source] != PD_FLUID) continue;
-            *value += side + ((g->odd[at] ^ g->port[at]) >> d & 1 ? there : -there);
+            *value += side + ((g->odd[at] ^ g->across[at]) >> d & 1 ? there : -there);
         }
 }
 
@@ -9811,7 +9733,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
 }
 
 /* Inverse moments where the open bonds may not span space (a channel one node wide). */
-static void pdi_bond_settle(const double *norm, const double *moment, const double *closure, double *inverse)
+static void pdi_bond_invert_open(const double *norm, const double *moment, const double *closure, double *inverse)
 {
     if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
     if (pdi_bond_invert(norm, moment, closure, 1e-9, inverse)) return;
@@ -9849,11 +9771,11 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     for (int i = 0; i < 2 * PD_DIM && !rests; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
     if (!rests) bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
     pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_settle(bonds->norm, moment, closure, inverse);
+    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
     if (rests) return;
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
-    pdi_bond_settle(norm, entry, closure, advecting);
+    pdi_bond_invert_open(norm, entry, closure, advecting);
     pdi_bond_transpose(norm, advecting);
 }
 
@@ -10492,8 +10414,8 @@ static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most
 PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
                                const void *user)
 {
-    pdi_par_watch watch;
-    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &watch);
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
     (void)nt;
     PDI_PARALLEL(nt)
     {
@@ -10507,7 +10429,7 @@ PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t
         PDI_FOR
         for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
     }
-    pdi_par_end(ctx, &watch);
+    pdi_par_end(ctx, &timing);
 }
 
 /* The operands of a sweep in blocks. */
@@ -13721,7 +13643,7 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
 }
 
 /* A wall or a mass in the unit of the level; as good as infinite when it leaves the range of the unit. */
-static float pdi_multigrid_held(const pd_multigrid *mg, float given)
+static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
 {
     return (float)fmin(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
 }
@@ -13735,8 +13657,8 @@ static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, con
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
-        fine->x[c] = wall && active[c] ? pdi_multigrid_held(mg, wall[c]) : 0.0f;
-        fine->b[c] = mass && active[c] ? pdi_multigrid_held(mg, mass[c]) : 0.0f;
+        fine->x[c] = wall && active[c] ? pdi_multigrid_scaled(mg, wall[c]) : 0.0f;
+        fine->b[c] = mass && active[c] ? pdi_multigrid_scaled(mg, mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
         pdi_coarsen_link link;
         if (active[c])
@@ -14168,7 +14090,7 @@ PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
 
 PDI_FN double pdi_process_even(double left, double dt) { return left / ceil(left / dt * (1.0 - 1e-12)); }
 
-PDI_FN pd_status pdi_process_span(pd_ctx *ctx, void *self, pd_step *s)
+PDI_FN pd_status pdi_process_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
     (void)self;
@@ -14209,18 +14131,20 @@ PDI_FN pd_status pdi_process_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     return status;
 }
 
-PDI_FN pd_status pdi_process_run(pd_ctx *ctx, const pd_process *p, double from, double to)
+pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
 {
     pd_step s;
     pd_status worst = PD_OK;
+    if (!p.time || !(t_end >= *p.time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, p.name, "a run from %g s to %g s", p.time ? *p.time : (double)NAN, t_end);
     memset(&s, 0, sizeof s);
-    for (s.time = from; s.time < to; s.time = s.end) {
-        s.limit = to;
-        pd_status status = pdi_process_step(ctx, p, &s);
+    for (s.time = *p.time; s.time < t_end; s.time = s.end) {
+        s.limit = t_end;
+        pd_status status = pdi_process_step(ctx, &p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
     }
-    if (p->finish) PDI_TRY(p->finish(ctx, p->self, to));
+    if (p.finish) PDI_TRY(p.finish(ctx, p.self, t_end));
     return worst;
 }
 
@@ -14342,7 +14266,7 @@ static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a,
 }
 
 /* A parameter on a bound that the sum would fall beyond. */
-static int pdi_least_squares_held(const pdi_least_squares *s, int k)
+static int pdi_least_squares_at_bound(const pdi_least_squares *s, int k)
 {
     double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
@@ -14355,7 +14279,7 @@ static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
 {
     int held[PDI_LEAST_SQUARES_N];
     double least[PDI_LEAST_SQUARES_N];
-    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_held(s, k);
+    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_at_bound(s, k);
     for (int k = 0; k < s->n; k++) {
         const double *column = pdi_least_squares_column(s, k);
         for (int l = 0; l <= k; l++) {
@@ -14385,7 +14309,7 @@ static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
     }
     memcpy(s->from, s->q, sizeof s->from);
     if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
-    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not tell the %d parameters apart", s->n);
+    return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
 }
 
 /* The step from q, cut at the bounds. 0: there is none. */
@@ -14394,7 +14318,7 @@ static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
     if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
     for (int k = 0; k < s->n; k++)
-        x[k] = pdi_least_squares_held(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+        x[k] = pdi_least_squares_at_bound(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
     pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
     for (int k = 0; k < s->n; k++) q[k] = fmin(1.0, fmax(0.0, s->q[k] + x[k]));
     return 1;
@@ -14416,7 +14340,7 @@ static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_S
     pd_least_squares_result *r = s->result;
     r->freedom = s->m;
     for (int k = 0; k < s->n; k++) {
-        r->bound[k] = pdi_least_squares_held(s, k);
+        r->bound[k] = pdi_least_squares_at_bound(s, k);
         r->freedom -= !r->bound[k];
     }
     if (!pdi_least_squares_factor(s, 0.0, a)) return 0;
@@ -14500,7 +14424,7 @@ static void pdi_least_squares_tell(const pdi_least_squares *s)
 {
     double value[PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
-    if (s->desc->told) s->desc->told(s->desc->user, value, s->sum, s->result->evaluations);
+    if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
 static void pdi_least_squares_report(pdi_least_squares *s)
@@ -14949,7 +14873,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double flux = pdi_flow_carried(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
+        double flux = pdi_flow_convected(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
         double stabiliser =
             pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
@@ -15097,7 +15021,7 @@ PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
     int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
     const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
-    double flux = share * pdi_flow_carried(g, w + i, total, w + j, total);
+    double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
     if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     double step = flow->p[j] - flow->p[i];
@@ -15220,26 +15144,26 @@ static void pdi_flow_wall(void *user, const double *x, double *u)
     for (int d = 0; d < PD_DIM; d++) walls->fastest = fmax(walls->fastest, fabs(u[d]));
 }
 
-/* What moving walls do to row r (eq. 3.3), and their acceleration from t - span to t + span (eq. 4.17b). */
-static void pdi_flow_drive_row(pd_flow *flow, int32_t r, double span, pdi_flow_walls *walls, double *drive)
+/* What moving walls do to row r (eq. 3.3), and their acceleration from t - half to t + half (eq. 4.17b). */
+static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half, pdi_flow_walls *walls, double *motion)
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
-    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, drive, NULL);
-    if (!flow->clock || !(span > 0.0)) return;
+    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, motion, NULL);
+    if (!flow->clock || !(half > 0.0)) return;
     for (int k = 0; k < 2; k++) {
         double unread[PD_DIM];
-        *flow->clock = flow->time + (k ? span : -span);
+        *flow->clock = flow->time + (k ? half : -half);
         pdi_bond_wall_motion(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
     }
     *flow->clock = flow->time;
-    for (int d = 0; d < PD_DIM; d++) drive[d] += (curved[1][d] - curved[0][d]) / (2.0 * span * flow->nu);
+    for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half * flow->nu);
 }
 
 /* ---- scales of the problem (eq. 4.5b) ---- */
 
 /* Mean speed [m/s] of a plane channel of width L that the force drives: 12 nu U/L^2 + U^2/L = force. */
-static double pdi_flow_driven(const pd_flow *flow, double force)
+static double pdi_flow_forced_speed(const pd_flow *flow, double force)
 {
     double friction = 6.0 * flow->nu / flow->length;
     return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
@@ -15267,8 +15191,8 @@ static void pdi_flow_scale(pd_flow *flow, double walls)
         force = fmax(force, most);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = fmax(around, most);
     }
-    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_driven(flow, around));
-    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_driven(flow, force);
+    flow->speed = fmax(fmax(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
 
@@ -15284,24 +15208,24 @@ PDI_FN void pdi_flow_start(pd_flow *flow)
 }
 
 /* What moving walls do to all rows. *fastest: their speed [m/s]. */
-static pd_status pdi_flow_drive(pd_ctx *ctx, pd_flow *flow, double span, double *moved, double *fastest)
+static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half, double *moved, double *fastest)
 {
     const pd_bonds *bonds = flow->bonds;
-    double drive[PD_DIM], largest = 0.0;
+    double motion[PD_DIM], largest = 0.0;
     pdi_flow_walls walls;
     walls.flow = flow;
     walls.fastest = 0.0;
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_flow_drive_row(flow, r, span, &walls, drive);
+        pdi_flow_move_wall(flow, r, half, &walls, motion);
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
-            if (!(fabs(drive[d]) < 1e100)) {
+            if (!(fabs(motion[d]) < 1e100)) {
                 char place[PDI_GRID_PLACE];
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_place(flow->grid, bonds->node[r], place));
             }
-            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(drive[d] - *value) / bonds->wall_lap[r]);
-            *value = drive[d];
+            if (bonds->wall_lap[r] > 0.0) largest = fmax(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
+            *value = motion[d];
         }
     }
     *moved = fmax(*moved, largest);
@@ -15330,24 +15254,24 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *moved)
 }
 
 /* *walls: speed of the walls [m/s]. */
-static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved, double *walls)
+static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved, double *walls)
 {
     double velocity = 0.0, force = 0.0;
     flow->time = t;
     if (flow->clock) *flow->clock = t;
     PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_drive(ctx, flow, span, &velocity, walls));
+    PDI_TRY(pdi_flow_move_walls(ctx, flow, half, &velocity, walls));
     PDI_TRY(pdi_flow_body(ctx, flow, &force));
     if (moved) *moved = fmax(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double span, double *moved)
+PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half, double *moved)
 {
     double walls;
     if (moved) *moved = 0.0;
     if (!flow->clock) return PD_OK;
-    PDI_TRY(pdi_flow_data(ctx, flow, t, span, moved, &walls));
+    PDI_TRY(pdi_flow_data(ctx, flow, t, half, moved, &walls));
     double speed = fmax(pdi_scales_entry(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
@@ -16006,8 +15930,8 @@ static void pdi_force_weigh(pdi_force_query *q)
     }
 }
 
-void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
-                    double *friction, double *pressure)
+void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, const double *hi, double *force,
+                      double *friction, double *pressure)
 {
     pdi_force_query q;
     memset(&q, 0, sizeof q);
@@ -16038,12 +15962,6 @@ void pd_force_shape(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, con
     pdi_force_cancel(flow->grid, force);
     if (friction) pdi_force_cancel(flow->grid, friction);
     if (pressure) pdi_force_cancel(flow->grid, pressure);
-}
-
-void pd_force_surface(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force, double *friction,
-                      double *pressure)
-{
-    pd_force_shape(ctx, flow, PD_FORCE_ALL, lo, hi, force, friction, pressure);
 }
 
 /* ---- around the body ---- */
@@ -16478,7 +16396,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
 }
 
 /* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
-static void pdi_steady_product(void *user, const double *x, double *y)
+static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     pdi_steady_precondition(u->ctx, u->steady, x, y);
@@ -16672,7 +16590,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_product, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_apply, NULL, &user, s->residual, s->step, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
@@ -17009,7 +16927,7 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
     if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
     else
         snprintf(why, sizeof why,
-                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] tells how it moves",
+                 "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
                  q->flow->speed * q->flow->length / q->flow->nu);
     return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
@@ -17192,13 +17110,13 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
     pd_flow *flow = im->flow;
     pd_steady_result result;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double tau = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * tau);
+    double steady = flow->stabilisation, rate = 1.0 / (im->desc.tolerance * steady);
     if (im->steps > 0 || im->projected) return PD_OK;
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     flow->stabilisation = PDI_IMPLICIT_IMPULSE / rate;
     pd_status status = pdi_steady_stage(ctx, im->steady, rate, im->start, im->desc.tolerance, 0, &result);
-    flow->stabilisation = tau;
+    flow->stabilisation = steady;
     im->evaluations += result.evaluations;
     pdi_par_copy(ctx, total, im->start + split, flow->p);
     if (status == PD_OK) im->projected = 1;
@@ -17315,10 +17233,10 @@ static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
 static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
 
 /* What moves with the flow sees it at the ends of steps as long as its own. */
-static pd_status pdi_implicit_span(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     s->dt = fmin(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
-    return pdi_process_span(ctx, self, s);
+    return pdi_process_longest(ctx, self, s);
 }
 
 static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -17384,10 +17302,11 @@ pd_process pd_implicit_process(pd_implicit *im)
     memset(&p, 0, sizeof p);
     p.name = "flow in time";
     p.self = im;
+    p.time = &im->time;
     p.inner = 1;
     p.steps = &im->steps;
     p.start = pdi_implicit_start;
-    p.span = pdi_implicit_span;
+    p.longest = pdi_implicit_longest;
     p.limit = pdi_implicit_limit;
     p.attempt = pdi_implicit_attempt;
     p.accept = pdi_implicit_accept;
@@ -17397,14 +17316,6 @@ pd_process pd_implicit_process(pd_implicit *im)
     p.changed = pdi_implicit_changed;
     p.store = pdi_implicit_store;
     return p;
-}
-
-pd_status pd_implicit_run(pd_ctx *ctx, pd_implicit *im, double t_end)
-{
-    pd_process p = pd_implicit_process(im);
-    if (!(t_end >= im->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "a run from %g s to %g s", im->time, t_end);
-    return pdi_process_run(ctx, &p, im->time, t_end);
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
@@ -17500,14 +17411,14 @@ static void pdi_spectrum_wave(const pdi_spectrum_state *q, double slope, double 
 static void pdi_spectrum_streams(const pdi_spectrum_state *q, const double *slope, double spread, double damp,
                                  double *dt)
 {
-    double square = 0.0, turn = 0.0;
+    double square = 0.0, along = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         square += slope[d] * slope[d];
-        turn += slope[d] * q->speed[d];
+        along += slope[d] * q->speed[d];
     }
     double size = sqrt(square);
     pdi_spectrum_wave(q, size, spread, damp, 0.0, dt);
-    if (turn > 0.0) pdi_spectrum_wave(q, size, spread, damp, turn / size, dt);
+    if (along > 0.0) pdi_spectrum_wave(q, size, spread, damp, along / size, dt);
 }
 
 static void pdi_spectrum_vector(const pd_spectrum *sp, int wave, double *k)
@@ -18034,10 +17945,11 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     memset(&p, 0, sizeof p);
     p.name = "explicit flow";
     p.self = un;
+    p.time = &un->time;
     p.inner = 1;
     p.steps = &un->steps;
     p.start = pdi_unsteady_start;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_unsteady_longest;
     p.attempt = pdi_unsteady_attempt;
     p.accept = pdi_unsteady_accept;
@@ -18046,14 +17958,6 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     p.changed = pdi_unsteady_changed;
     p.store = pdi_unsteady_store;
     return p;
-}
-
-pd_status pd_unsteady_run(pd_ctx *ctx, pd_unsteady *un, double t_end)
-{
-    pd_process p = pd_unsteady_process(un);
-    if (!(t_end >= un->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "a run from %g s to %g s", un->time, t_end);
-    return pdi_process_run(ctx, &p, un->time, t_end);
 }
 
 void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
@@ -18148,7 +18052,7 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
     return good;
 }
 
-static int pdi_gas_holds(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
+static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 static int pdi_gas_behind(uint8_t kind) { return kind == PD_OUTLET || kind == PD_INLET; }
 
 /* Primitive states of fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
@@ -18161,9 +18065,9 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     /* the mark of a bad node is a density of -1, which no admissible one has */
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (pdi_gas_holds(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
+        if (pdi_gas_has_state(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
     for (int32_t i = 0; i < total && bad < 0; i++)
-        if (pdi_gas_holds(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
+        if (pdi_gas_has_state(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
     return bad;
 }
 
@@ -18673,9 +18577,12 @@ static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
                     s->time, s->limit);
 }
 
-static pd_status pdi_gas_archive(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    return pd_gas_store(ctx, (pd_gas *)self, archive);
+    pd_gas *gas = (pd_gas *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
+    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
@@ -18696,27 +18603,20 @@ pd_process pd_gas_process(pd_gas *gas)
     memset(&p, 0, sizeof p);
     p.name = "gas";
     p.self = gas;
+    p.time = &gas->time;
     p.element = pdi_gas_element;
     p.elements = 2;
     p.inner = 1;
     p.steps = &gas->steps;
-    p.span = pdi_process_span;
+    p.longest = pdi_process_longest;
     p.limit = pdi_gas_longest;
     p.attempt = pdi_gas_attempt;
     p.accept = pdi_gas_accept;
     p.reject = pdi_gas_again;
     p.stuck = pdi_gas_stuck;
-    p.store = pdi_gas_archive;
+    p.store = pdi_gas_store;
     p.balance = pdi_gas_balance;
     return p;
-}
-
-pd_status pd_gas_run(pd_ctx *ctx, pd_gas *gas, double t_end)
-{
-    pd_process p = pd_gas_process(gas);
-    if (!(t_end >= gas->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "a run from %g s to %g s", gas->time, t_end);
-    return pdi_process_run(ctx, &p, gas->time, t_end);
 }
 
 PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
@@ -18846,7 +18746,7 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     for (int32_t r = 0; r < gas->rows; r++)
         pdi_gas_wall_build(bonds, r, gas->wall_face + (int64_t)r * PD_DIM, &gas->wall_gap[r]);
     for (int32_t node = 0; node < total && desc->initial; node++)
-        if (pdi_gas_holds(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
+        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
     return PD_OK;
 }
 
@@ -18855,13 +18755,6 @@ pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, 
     pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
     if (status < 0) pd_gas_free(ctx, gas);
     return status;
-}
-
-pd_status pd_gas_store(pd_ctx *ctx, pd_gas *gas, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
-    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
-    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
@@ -19688,8 +19581,8 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
     if (!(f->cut[i] > 0.0f)) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double lean = f->wall_grad_rate[d * total + i];
-            slope[d * total] += p->x ? -lean * p->x[b] : f->wall_grad[d * total + i] - lean * c;
+            double rate = f->wall_grad_rate[d * total + i];
+            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[d * total + i] - rate * c;
         }
         return;
     }
@@ -21653,88 +21546,6 @@ PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
 #undef PDI_SETTLE_SHARE
 #undef PDI_SETTLE_SLOW
 #undef PDI_SETTLE_AIM
-
-/* ======== >>transport/euler.c ======== */
-/* euler: see euler.h */
-#include <string.h>
-
-static pd_status pdi_euler_start(pd_ctx *ctx, void *self, double t)
-{
-    return pdi_transport_at(ctx, ((pd_euler *)self)->transport, t);
-}
-
-static pd_status pdi_euler_limit(pd_ctx *ctx, void *self, pd_step *s)
-{
-    PDI_TRY(pdi_process_span(ctx, self, s));
-    s->dt = pdi_process_even(s->limit - s->time, s->dt);
-    return PD_OK;
-}
-
-static pd_status pdi_euler_attempt(pd_ctx *ctx, void *self, pd_step *s)
-{
-    pd_euler *e = (pd_euler *)self;
-    double end = s->time + s->dt;
-    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pdi_transport_at(ctx, e->transport, end));
-    return pd_transport_implicit(ctx, e->transport, s->dt, &e->result);
-}
-
-static pd_status pdi_euler_accept(pd_ctx *ctx, void *self, pd_step *s)
-{
-    pd_euler *e = (pd_euler *)self;
-    (void)ctx;
-    e->krylov += e->result.krylov;
-    e->out += s->dt * e->transport->outflow;
-    e->in += s->dt * e->transport->inflow;
-    return PD_OK;
-}
-
-static pd_status pdi_euler_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
-{
-    (void)turned;
-    (void)count;
-    return pd_transport_update(ctx, ((pd_euler *)self)->transport);
-}
-
-static pd_status pdi_euler_store(pd_ctx *ctx, void *self, pd_archive *archive)
-{
-    pd_euler *e = (pd_euler *)self;
-    PDI_TRY(pdi_transport_store(ctx, e->transport, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "euler.out", &e->out, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "euler.in", &e->in, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "limiter steps", &e->result.limiter, 1));
-    return PDI_KEEP(ctx, archive, "krylov of transport", &e->krylov, 1);
-}
-
-static void pdi_euler_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
-{
-    const pd_euler *e = (const pd_euler *)self;
-    (void)k;
-    amounts->dissolved += pd_transport_stock(ctx, e->transport);
-    amounts->carry += pd_transport_carried(ctx, e->transport);
-    amounts->out += e->out;
-    amounts->in += e->in;
-}
-
-pd_process pd_euler_process(pd_transport *transport, pd_euler *e)
-{
-    pd_process p;
-    memset(&p, 0, sizeof p);
-    memset(e, 0, sizeof *e);
-    e->transport = transport;
-    p.name = "implicit transport";
-    p.self = e;
-    p.element = pdi_transport_element();
-    p.elements = 1;
-    p.start = pdi_euler_start;
-    p.limit = pdi_euler_limit;
-    p.attempt = pdi_euler_attempt;
-    p.accept = pdi_euler_accept;
-    p.changed = pdi_euler_changed;
-    p.store = pdi_euler_store;
-    p.balance = pdi_euler_balance;
-    return p;
-}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -21747,59 +21558,60 @@ pd_process pd_euler_process(pd_transport *transport, pd_euler *e)
 #pragma GCC optimize ("O1")
 #endif
 
-/* ======== >>transport/advance.c ======== */
-/* advance: see advance.h */
+/* ======== >>transport/two_stage.c ======== */
+/* two_stage: see two_stage.h */
 #include <math.h>
 #include <string.h>
 
 /* A step is at most this many times the one before. */
-#define PDI_ADVANCE_GROWTH 4.0
+#define PDI_TWO_STAGE_GROWTH 4.0
 /* A step that is repeated is at least this share of the one that failed. */
-#define PDI_ADVANCE_SHRINK 0.1
+#define PDI_TWO_STAGE_SHRINK 0.1
 
-PDI_FN void pdi_advance_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object)
 {
-    pd_advance *advance = (pd_advance *)object;
-    int64_t total = advance->transport ? advance->transport->grid->total : 0;
-    PDI_ARRAY(owner, advance, start, total, "mol/m3");
-    PDI_ARRAY(owner, advance, carry, total, "mol/m3");
-    PDI_ARRAY(owner, advance, slope, total, "mol/m3");
-    PDI_ARRAY(owner, advance, rest, total, "mol/m3");
-    PDI_VALUE(owner, advance, time, "s");
-    PDI_VALUE(owner, advance, dt, "s");
-    PDI_VALUE(owner, advance, error, "1");
-    PDI_VALUE(owner, advance, out, "mol");
-    PDI_VALUE(owner, advance, in, "mol");
-    PDI_VALUE(owner, advance, steps, "1");
-    PDI_VALUE(owner, advance, rejected, "1");
-    PDI_VALUE(owner, advance, krylov, "1");
-    PDI_VALUE(owner, advance, euler, "1");
-    PDI_VALUE(owner, advance, result.limiter, "1");
-    PDI_VALUE(owner, advance, result.change, "1");
+    pd_two_stage *two_stage = (pd_two_stage *)object;
+    int64_t total = two_stage->transport ? two_stage->transport->grid->total : 0;
+    PDI_ARRAY(owner, two_stage, start, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, carry, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, slope, total, "mol/m3");
+    PDI_ARRAY(owner, two_stage, rest, total, "mol/m3");
+    PDI_VALUE(owner, two_stage, time, "s");
+    PDI_VALUE(owner, two_stage, dt, "s");
+    PDI_VALUE(owner, two_stage, error, "1");
+    PDI_VALUE(owner, two_stage, out, "mol");
+    PDI_VALUE(owner, two_stage, in, "mol");
+    PDI_VALUE(owner, two_stage, steps, "1");
+    PDI_VALUE(owner, two_stage, rejected, "1");
+    PDI_VALUE(owner, two_stage, krylov, "1");
+    PDI_VALUE(owner, two_stage, euler, "1");
+    PDI_VALUE(owner, two_stage, result.limiter, "1");
+    PDI_VALUE(owner, two_stage, result.change, "1");
 }
 
-static pd_status pdi_advance_make(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc,
+                                    pd_two_stage *a)
 {
     memset(a, 0, sizeof *a);
     a->desc = *desc;
     if (!(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
         !(desc->rtol + desc->first + desc->largest < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance",
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage",
                         "rtol %g, first %g s, largest %g s: expected finite values of at least 0", desc->rtol,
                         desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->transport = transport;
-    return pdi_owner_build(ctx, pdi_advance_list, a);
+    return pdi_owner_build(ctx, pdi_two_stage_list, a);
 }
 
-pd_status pd_advance_build(pd_ctx *ctx, pd_transport *transport, const pd_advance_desc *desc, pd_advance *a)
+pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc, pd_two_stage *a)
 {
-    pd_status status = pdi_advance_make(ctx, transport, desc, a);
-    if (status < 0) pd_advance_free(ctx, a);
+    pd_status status = pdi_two_stage_make(ctx, transport, desc, a);
+    if (status < 0) pd_two_stage_free(ctx, a);
     return status;
 }
 
-static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
+static void pdi_two_stage_restore(const pd_ctx *ctx, pd_two_stage *a)
 {
     pdi_par_copy(ctx, a->transport->grid->total, a->start, a->transport->c);
     pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
@@ -21807,7 +21619,7 @@ static void pdi_advance_restore(const pd_ctx *ctx, pd_advance *a)
 
 /* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
  * start + carry + (1 - gamma)/gamma slope. */
-static void pdi_advance_between(pd_advance *a)
+static void pdi_two_stage_between(pd_two_stage *a)
 {
     pd_transport *t = a->transport;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
@@ -21822,7 +21634,7 @@ static void pdi_advance_between(pd_advance *a)
 
 /* error = gamma dt max |f1 - f2| over the largest concentration (as eq. 4.17), at least *largest, which follows. What
  * the solvers of both stages leave undone of any field is no error of the step. */
-static double pdi_advance_error(const pd_advance *a, double *largest)
+static double pdi_two_stage_error(const pd_two_stage *a, double *largest)
 {
     const pd_transport *t = a->transport;
     double worst = 0.0, size = *largest;
@@ -21837,30 +21649,30 @@ static double pdi_advance_error(const pd_advance *a, double *largest)
 }
 
 /* A flow and values outside become those of time t. */
-static pd_status pdi_advance_at(pd_ctx *ctx, pd_advance *a, double t)
+static pd_status pdi_two_stage_at(pd_ctx *ctx, pd_two_stage *a, double t)
 {
     if (a->at) PDI_TRY(a->at(ctx, a->at_user, t));
     return pdi_transport_at(ctx, a->transport, t);
 }
 
-static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
     double g = PDI_SDIRK_GAMMA;
     pdi_par_copy(ctx, total, a->start, t->old);
-    PDI_TRY(pdi_advance_at(ctx, a, a->time + g * dt));
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
     pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
     a->krylov += result->krylov;
     if (first < 0) return first;
     double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
     pdi_transport_residual(ctx, t, a->rest);
-    pdi_advance_between(a);
-    PDI_TRY(pdi_advance_at(ctx, a, a->time + dt));
+    pdi_two_stage_between(a);
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
     status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
-    a->error = pdi_advance_error(a, &a->largest);
+    a->error = pdi_two_stage_error(a, &a->largest);
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
     pdi_transport_residual(ctx, t, t->carry);
@@ -21868,26 +21680,26 @@ static pd_status pdi_advance_stages(pd_ctx *ctx, pd_advance *a, double dt, pd_tr
     return first > 0 ? first : status;
 }
 
-pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_result *result)
+pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
     int32_t total = t->grid->total;
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "the step is %g s, expected a positive one", dt);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "two_stage", "the step is %g s, expected a positive one", dt);
     pdi_par_copy(ctx, total, t->c, a->start);
     pdi_par_copy(ctx, total, t->carry, a->carry);
     PDI_TRY(pdi_transport_at(ctx, t, a->time));
     pdi_transport_open(t);
-    pd_status status = pdi_advance_stages(ctx, a, dt, result);
+    pd_status status = pdi_two_stage_stages(ctx, a, dt, result);
     if (status >= 0 && !pdi_transport_within(t, a->start)) {
-        pdi_advance_restore(ctx, a);
+        pdi_two_stage_restore(ctx, a);
         status = pd_transport_implicit(ctx, t, dt, result);
         a->krylov += result->krylov;
         a->euler++;
     }
     if (status < 0) {
-        pdi_advance_restore(ctx, a);
+        pdi_two_stage_restore(ctx, a);
         return status;
     }
     a->out += dt * t->outflow;
@@ -21899,9 +21711,9 @@ pd_status pd_advance_step(pd_ctx *ctx, pd_advance *a, double dt, pd_transport_re
 
 /* ---- the steps of a process ---- */
 
-static pd_status pdi_advance_limit(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     int last;
     (void)ctx;
     if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->limit - s->time;
@@ -21915,47 +21727,47 @@ static pd_status pdi_advance_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-static pd_status pdi_advance_attempt(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
-    pd_status status = pd_advance_step(ctx, a, s->dt, &a->result);
+    pd_two_stage *a = (pd_two_stage *)self;
+    pd_status status = pd_two_stage_step(ctx, a, s->dt, &a->result);
     s->error = a->error / a->desc.rtol;
     return status < 0 || s->error <= 1.0 ? status : PD_RETRY;
 }
 
-static pd_status pdi_advance_accept(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     (void)ctx;
     a->time = s->end;
-    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     return PD_OK;
 }
 
-static pd_status pdi_advance_reject(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     int last;
-    pdi_advance_restore(ctx, a);
+    pdi_two_stage_restore(ctx, a);
     a->steps--;
     a->rejected++;
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * fmax(PDI_ADVANCE_SHRINK, pdi_sdirk_factor(s->error, PDI_ADVANCE_GROWTH));
+    a->dt = s->dt * fmax(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
-static pd_status pdi_advance_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 {
-    const pd_advance *a = (const pd_advance *)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "advance",
+    const pd_two_stage *a = (const pd_two_stage *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "two_stage",
                     "the error of a step of %g s at t = %g s is %g, expected it to fall with the step", s->dt, s->time,
                     a->error);
 }
 
-static pd_status pdi_advance_settle(pd_ctx *ctx, pd_advance *a)
+static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
 {
     const pd_transport_result *r = &a->result;
     char place[PDI_GRID_PLACE];
@@ -21969,24 +21781,24 @@ static pd_status pdi_advance_settle(pd_ctx *ctx, pd_advance *a)
                     pdi_grid_place(a->transport->grid, pdi_settle_worst(a->transport), place));
 }
 
-static pd_status pdi_advance_start(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     a->time = t;
     PDI_TRY(pdi_transport_at(ctx, a->transport, t));
-    return a->settle ? pdi_advance_settle(ctx, a) : PD_OK;
+    return a->settle ? pdi_two_stage_settle(ctx, a) : PD_OK;
 }
 
-static pd_status pdi_advance_store(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_two_stage_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_advance *a = (pd_advance *)self;
+    pd_two_stage *a = (pd_two_stage *)self;
     PDI_TRY(pdi_transport_store(ctx, a->transport, archive));
-    return pdi_owner_store(ctx, pdi_advance_list, a, archive);
+    return pdi_owner_store(ctx, pdi_two_stage_list, a, archive);
 }
 
-static void pdi_advance_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
+static void pdi_two_stage_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
 {
-    const pd_advance *a = (const pd_advance *)self;
+    const pd_two_stage *a = (const pd_two_stage *)self;
     (void)k;
     amounts->dissolved += pd_transport_stock(ctx, a->transport);
     amounts->carry += pd_transport_carried(ctx, a->transport);
@@ -21994,39 +21806,30 @@ static void pdi_advance_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amou
     amounts->in += a->in;
 }
 
-pd_process pd_advance_process(pd_advance *a)
+pd_process pd_two_stage_process(pd_two_stage *a)
 {
     pd_process p;
     memset(&p, 0, sizeof p);
     p.name = "transport in time";
     p.self = a;
+    p.time = &a->time;
     p.element = pdi_transport_element();
     p.elements = 1;
     p.steps = &a->steps;
-    p.start = pdi_advance_start;
-    p.limit = pdi_advance_limit;
-    p.attempt = pdi_advance_attempt;
-    p.accept = pdi_advance_accept;
-    p.reject = pdi_advance_reject;
-    p.stuck = pdi_advance_stuck;
-    p.store = pdi_advance_store;
-    p.balance = pdi_advance_balance;
+    p.start = pdi_two_stage_start;
+    p.limit = pdi_two_stage_limit;
+    p.attempt = pdi_two_stage_attempt;
+    p.accept = pdi_two_stage_accept;
+    p.reject = pdi_two_stage_reject;
+    p.stuck = pdi_two_stage_stuck;
+    p.store = pdi_two_stage_store;
+    p.balance = pdi_two_stage_balance;
     return p;
 }
 
-pd_status pd_advance_run(pd_ctx *ctx, pd_advance *a, double t_end, pd_transport_result *result)
+void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 {
-    pd_process p = pd_advance_process(a);
-    if (!(t_end >= a->time))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "advance", "a run from %g s to %g s", a->time, t_end);
-    pd_status status = pdi_process_run(ctx, &p, a->time, t_end);
-    *result = a->result;
-    return status;
-}
-
-void pd_advance_free(pd_ctx *ctx, pd_advance *a)
-{
-    pdi_owner_free(ctx, pdi_advance_list, a);
+    pdi_owner_free(ctx, pdi_two_stage_list, a);
     memset(a, 0, sizeof *a);
 }
 #ifdef PDI_COLD
@@ -22103,12 +21906,12 @@ double pd_material_speed(const pd_material *material, double current)
  * this number. */
 #define PDI_GRAIN_ONE 1e6
 
-/* The seed lattice: cell q of edge `edge`, x = turn (q + shift) edge. One seed a cell in the mean. */
+/* The seed lattice: cell q of edge `edge`, x = axes (q + shift) edge. One seed a cell in the mean. */
 typedef struct pdi_grain_lattice {
     uint64_t seed;
     double edge;   /* [m] */
     double jitter; /* largest displacement from the cell centre, in cells; < 0: Poisson process */
-    double turn[PD_DIM][PD_DIM], shift[PD_DIM];
+    double axes[PD_DIM][PD_DIM], shift[PD_DIM];
 } pdi_grain_lattice;
 
 /* Standard deviation of the equivalent diameter over `size` for jitter 0, 1/8, 2/8, .., measured on 3e4 grains and
@@ -22169,7 +21972,7 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
         lattice->shift[a] = pdi_rng_uniform(lattice->seed, PDI_GRAIN_STREAM_SHIFT, (uint64_t)a);
         double norm = 0.0;
         for (uint64_t attempt = 0; !(norm > 0.01); attempt++) {
-            double *row = lattice->turn[a];
+            double *row = lattice->axes[a];
             for (int b = 0; b < PD_DIM; b++) {
                 double pair[2];
                 uint64_t counter = (attempt * PD_DIM + (uint64_t)a) * PD_DIM + (uint64_t)b;
@@ -22177,8 +21980,8 @@ static void pdi_grain_orient(pdi_grain_lattice *lattice)
                 row[b] = pair[0];
             }
             for (int c = 0; c < a; c++) {
-                double dot = pdi_vec_dot(row, lattice->turn[c]);
-                for (int b = 0; b < PD_DIM; b++) row[b] -= dot * lattice->turn[c][b];
+                double dot = pdi_vec_dot(row, lattice->axes[c]);
+                for (int b = 0; b < PD_DIM; b++) row[b] -= dot * lattice->axes[c][b];
             }
             norm = pdi_vec_norm(row);
             for (int b = 0; b < PD_DIM; b++) row[b] /= norm > 0.01 ? norm : 1.0;
@@ -22219,7 +22022,7 @@ static void pdi_grain_cell_seed(const pdi_grain_lattice *lattice, const int64_t 
     }
     for (int b = 0; b < PD_DIM; b++) {
         x[b] = 0.0;
-        for (int a = 0; a < PD_DIM; a++) x[b] += lattice->edge * at[a] * lattice->turn[a][b];
+        for (int a = 0; a < PD_DIM; a++) x[b] += lattice->edge * at[a] * lattice->axes[a][b];
     }
 }
 
@@ -22232,8 +22035,8 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
     for (int a = 0; a < PD_DIM; a++) {
         double middle = 0.0, half = 0.0;
         for (int b = 0; b < PD_DIM; b++) {
-            middle += 0.5 * (lo[b] + hi[b]) * lattice->turn[a][b];
-            half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->turn[a][b]);
+            middle += 0.5 * (lo[b] + hi[b]) * lattice->axes[a][b];
+            half += 0.5 * (hi[b] - lo[b]) * fabs(lattice->axes[a][b]);
         }
         double reach = half / lattice->edge + fmax(lattice->jitter, 0.5) + 1.0;
         double from = middle / lattice->edge - lattice->shift[a];
@@ -22353,21 +22156,21 @@ static int32_t pdi_grain_nearest(const pd_grain *grain, const double *x, double 
     int32_t nearest = PDI_GRAIN_UNSURE, bin;
     pdi_grain_bin(grain, x, base);
     for (int d = 0; d < PD_DIM; d++) widest = grain->bin_n[d] > widest ? grain->bin_n[d] : widest;
-    for (int ring = 0; ring < widest; ring++) {
-        double beyond = (ring - 1) * grain->bin_edge * (1.0 - 1e-12);
-        if (ring > 1 && best < beyond * beyond) break;
-        for (int d = 0; d < PD_DIM; d++) step[d] = -ring;
+    for (int shell = 0; shell < widest; shell++) {
+        double beyond = (shell - 1) * grain->bin_edge * (1.0 - 1e-12);
+        if (shell > 1 && best < beyond * beyond) break;
+        for (int d = 0; d < PD_DIM; d++) step[d] = -shell;
         for (int axis = 0; axis < PD_DIM;) {
-            int on_ring = 0;
+            int on_shell = 0;
             for (int d = 0; d < PD_DIM; d++) {
-                on_ring = on_ring || step[d] == ring || step[d] == -ring;
+                on_shell = on_shell || step[d] == shell || step[d] == -shell;
                 j[d] = base[d] + step[d];
             }
-            double at_least = on_ring ? pdi_grain_bin_distance(grain, x, j, &bin) : -1.0;
+            double at_least = on_shell ? pdi_grain_bin_distance(grain, x, j, &bin) : -1.0;
             if (at_least >= 0.0 && at_least <= best) pdi_grain_scan(grain, bin, x, &best, &nearest);
             for (axis = 0; axis < PD_DIM; axis++) {
-                if (++step[axis] <= ring) break;
-                step[axis] = -ring;
+                if (++step[axis] <= shell) break;
+                step[axis] = -shell;
             }
         }
     }
@@ -22859,7 +22662,9 @@ static int pdi_law_jumps(pdi_law *law, double c, pdi_law_point *p)
     return pdi_law_pin(law, a, b, p);
 }
 
-PDI_FN int pdi_law_hold(pdi_law *law, double need, double near, pdi_law_point *p)
+/* The salt layer, and every other jump (theory, 6.6): the fluid stays at the jump while it needs a speed between those
+ * before and behind it. */
+PDI_FN int pdi_law_meet_pinned(pdi_law *law, double need, double near, pdi_law_point *p)
 {
     if (need <= p->ahead + near && need >= p->behind - near) {
         p->speed = fmin(fmax(need, p->behind), p->ahead);
@@ -23307,7 +23112,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 {
     double diffusivity = pdi_interface_diffusivity(d, beside->node);
     if (pdi_metal_bonds(d)) return 0.0;
-    double flux = d->kind[0].span * (beside->flux / beside->weight), film = beside->film / beside->weight;
+    double flux = d->kind[0].supply * (beside->flux / beside->weight), film = beside->film / beside->weight;
     return diffusivity > 0.0 ? flux * film / diffusivity : HUGE_VAL;
 }
 
@@ -23338,7 +23143,7 @@ PDI_FN double pdi_interface_fastest(const pd_dissolve *d, int32_t i)
 
 PDI_FN double pdi_interface_weight(const pd_dissolve *d, int32_t j, int32_t i, int k, const pdi_entry *entry)
 {
-    return pdi_metal_span(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
+    return pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * (pdi_metal_area(d, j, k) / entry->count) *
            pdi_metal_over(d, j, i);
 }
 
@@ -23457,7 +23262,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     portion->stock += weight * d->transport->c[j];
     if (pdi_metal_bonds(d)) return;
     beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
-    beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_span(d, j) / d->kind[0].span));
+    beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
     for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
 }
@@ -23546,7 +23351,7 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = 1.0;
     *part = 0.0;
     if (d->desc.drive != PD_DRIVE_DIFFERENCE) return;
-    *part = kind->ratio / kind->span;
+    *part = kind->ratio / kind->supply;
     *whole = *part * portion->stock / portion->weight;
 }
 
@@ -23627,8 +23432,8 @@ PDI_FN void pdi_interface_means(pd_dissolve *d)
             if (!pdi_metal_bonds(d) || !(portion->weight > 0.0)) continue;
             /* the line is that of the law times the mean drive of the bonds */
             pdi_interface_drive(d, portion, &whole, &part);
-            double driven = whole - part * d->transport->c[beside->node];
-            portion->mean = driven > 0.0 ? portion->speed / driven : 0.0;
+            double drive = whole - part * d->transport->c[beside->node];
+            portion->mean = drive > 0.0 ? portion->speed / drive : 0.0;
         }
     }
     if (!pdi_metal_bonds(d)) pdi_interface_link(d, pdi_interface_average);
@@ -23758,11 +23563,11 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #define PDI_CONTENT_SHELTERED 0.6
 
 /* Who can take over from a node that leaves. */
-typedef enum pdi_content_heir {
+typedef enum pdi_content_receiver {
     PDI_CONTENT_BEHIND, /* solid that the fluid reaches clearly less than the node itself: the next layer */
     PDI_CONTENT_SOLID,  /* any solid */
     PDI_CONTENT_FLUID   /* fluid, through the next transport step */
-} pdi_content_heir;
+} pdi_content_receiver;
 
 /* A piece of metal: nodes that can hand over to each other, directly or through others. */
 typedef struct pdi_content_piece {
@@ -23801,13 +23606,13 @@ PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
 }
 
 /* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
-static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_heir heir)
+static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_receiver receiver)
 {
     int32_t i = pdi_entry_far(d->bonds, j, k);
-    uint8_t wanted = heir == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
+    uint8_t wanted = receiver == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
     if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
-    if (heir == PDI_CONTENT_FLUID) return d->weight[k];
-    if (heir == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
+    if (receiver == PDI_CONTENT_FLUID) return d->weight[k];
+    if (receiver == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
 }
 
@@ -23850,7 +23655,7 @@ static void pdi_content_label(pd_dissolve *d, const pdi_content_piece *p, int la
  * metal gives. */
 static int pdi_content_lasts(pd_dissolve *d, int32_t j, double dt, double all, pdi_content_piece *p)
 {
-    double take = dt * pdi_metal_span(d, j);
+    double take = dt * pdi_metal_supply(d, j);
     pdi_content_begin(d, j, p);
     for (int32_t n = 0; n < p->count; n++) {
         int32_t i = p->node[n];
@@ -23892,7 +23697,7 @@ PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
     for (int32_t j = 0; j < d->grid->total; j++) {
         d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
         if (d->exposed[j])
-            all += fmax(dt * pdi_metal_span(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+            all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
@@ -23953,19 +23758,19 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
 /* The bond along which node j hands over the share of bond k: k itself, unless k leads to another metal. Then the share
  * goes as deep into the metal of j, straight behind j. As much would have come from the other metal, so a flat front
  * over two metals stays flat. -1: none. */
-static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_heir heir)
+static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_receiver receiver)
 {
     const pd_stencil *s = d->bonds->stencil;
     const double *xi = s->xi + k * PD_DIM;
     double length = pdi_vec_dot(inward, inward), along = 0.0;
     int32_t n[PD_DIM];
-    if (heir == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
+    if (receiver == PDI_CONTENT_FLUID || pdi_content_same(d, j, k)) return k;
     if (length > 0.0) along = pdi_vec_dot(xi, inward) / length;
     for (int a = 0; a < PD_DIM; a++) n[a] = (int32_t)floor(along * inward[a] / s->h[a] + 0.5);
     for (int b = 0; b < s->count; b++) {
         int equal = 1;
         for (int a = 0; a < PD_DIM; a++) equal = equal && s->offset[b * PD_DIM + a] == n[a];
-        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, heir) > 0.0 ? b : -1;
+        if (equal) return pdi_content_same(d, j, b) && pdi_content_share(d, j, b, receiver) > 0.0 ? b : -1;
     }
     return -1;
 }
@@ -23979,16 +23784,16 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
     double inward[PD_DIM] = {0.0};
     if (d->kinds > 1) pdi_content_inward(d, j, inward);
     for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
-        pdi_content_heir heir = (pdi_content_heir)order;
+        pdi_content_receiver receiver = (pdi_content_receiver)order;
         double sum = 0.0;
-        if (heir == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
+        if (receiver == PDI_CONTENT_FLUID && pdi_content_pass_on(d, j, rest)) return PD_OK;
         for (int k = 0; k < count; k++)
-            if (pdi_content_path(d, j, k, inward, heir) >= 0) sum += pdi_content_share(d, j, k, heir);
+            if (pdi_content_path(d, j, k, inward, receiver) >= 0) sum += pdi_content_share(d, j, k, receiver);
         if (!(sum > 0.0)) continue;
-        double *target = heir == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
+        double *target = receiver == PDI_CONTENT_FLUID ? d->transport->carry : d->transport->c;
         for (int k = 0; k < count; k++) {
-            int path = pdi_content_path(d, j, k, inward, heir);
-            double share = pdi_content_share(d, j, k, heir) / sum;
+            int path = pdi_content_path(d, j, k, inward, receiver);
+            double share = pdi_content_share(d, j, k, receiver) / sum;
             if (path < 0 || !(share > 0.0)) continue;
             int32_t i = pdi_entry_far(d->bonds, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
@@ -24028,7 +23833,7 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
 
 /* Spent nodes leave the solid. All of a round leave together, so a flat layer leaves as one. What they hand over may be
  * negative and empty other nodes, which leave in the next round. */
-static pd_status pdi_content_settle(pd_ctx *ctx, pd_dissolve *d)
+static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
 {
     double *c = d->transport->c;
     for (int32_t first = 0;;) {
@@ -24095,7 +23900,7 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
 static int pdi_content_receives(const pd_dissolve *d, int32_t at, double dt)
 {
     const double *c = d->transport->c;
-    double take = dt * pdi_metal_span(d, at);
+    double take = dt * pdi_metal_supply(d, at);
     return d->exposed[at] && c[at] < pdi_metal_solid(d, at) && c[at] - pdi_metal_end(d, at) > take * d->rate[at];
 }
 
@@ -24137,7 +23942,7 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t i = d->front[f];
         if (d->mark[i] & PDI_CONTENT_TURNED) continue;
-        double take = dt * pdi_metal_span(d, i);
+        double take = dt * pdi_metal_supply(d, i);
         if (c[i] - 0.5 * take * d->rate[i] <= pdi_metal_end(d, i)) d->piece[candidates++] = i;
     }
     for (int32_t n = 0; n < candidates; n++)
@@ -24185,13 +23990,13 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     d->changed_count = 0;
     /* the place of the surface follows from the contents, so all rates come first */
     for (int32_t f = 0; f < d->front_count; f++)
-        c[d->front[f]] -= dt * pdi_metal_span(d, d->front[f]) * d->rate[d->front[f]];
+        c[d->front[f]] -= dt * pdi_metal_supply(d, d->front[f]) * d->rate[d->front[f]];
     for (int32_t n = 0; n < d->gone_count; n++) {
         c[d->piece[n]] = pdi_metal_end(d, d->piece[n]);
         pdi_content_note(d, d->piece[n]);
     }
     if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
-    else PDI_TRY(pdi_content_settle(ctx, d));
+    else PDI_TRY(pdi_content_turn_spent(ctx, d));
     if (d->desc.activation) pdi_content_rinse(d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;
@@ -24331,6 +24136,11 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, dissolve, next_dt, "s");
     PDI_VALUE(owner, dissolve, last_dt, "s");
     PDI_VALUE(owner, dissolve, turned, "1");
+    PDI_VALUE(owner, dissolve, out, "mol");
+    PDI_VALUE(owner, dissolve, in, "mol");
+    PDI_VALUE(owner, dissolve, krylov, "1");
+    PDI_VALUE(owner, dissolve, result.limiter, "1");
+    PDI_VALUE(owner, dissolve, result.change, "1");
 }
 
 PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
@@ -24354,8 +24164,8 @@ static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
         if (d->grid->kind[j] != PD_SOLID) continue;
         for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
-        double span = pdi_metal_solid(d, j) - d->desc.saturation;
-        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * span;
+        double supply = pdi_metal_solid(d, j) - d->desc.saturation;
+        d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * supply;
     }
 }
 
@@ -24369,7 +24179,7 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
         kind->solid = kind->law.solid;
         double threshold = pdi_metal_bonds(d) ? d->desc.saturation / kind->solid : d->desc.threshold;
         kind->end = threshold * kind->solid;
-        kind->span = kind->solid * (1.0 - threshold);
+        kind->supply = kind->solid * (1.0 - threshold);
         kind->from = HUGE_VAL;
         if (pdi_metal_bonds(d)) kind->ratio = log(kind->solid / d->desc.saturation);
         d->uniform = d->uniform && kind->law.uniform;
@@ -24490,7 +24300,10 @@ static void pdi_dissolve_bond_course(const pd_dissolve *d, pdi_law *law, double 
     if (most > least) *taken = fmax(*taken, share * most);
 }
 
-PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
+/* The course of the law over a step from t [s] at the present concentrations: share [-] of a node's content by which
+ * the law at the middle of the step and Simpson's rule disagree, and that the faster of middle and end takes, at most.
+ */
+static void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, double *error, double *taken)
 {
     *error = *taken = 0.0;
     for (int32_t n = 0; n < d->beside_count; n++) {
@@ -24498,7 +24311,7 @@ PDI_FN void pdi_dissolve_course(const pd_dissolve *d, double t, double dt, doubl
         pdi_law law;
         double v[3], share = 0.0, c = fmax(d->transport->c[beside->node], 0.0);
         for (int m = 0; m < d->kinds; m++)
-            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].span;
+            share += dt * pdi_metal_portion(d, beside)[m].enters / d->kind[m].supply;
         pdi_interface_law(d, beside, &law);
         if (pdi_metal_bonds(d)) {
             pdi_dissolve_bond_course(d, &law, t, dt, c, error, taken);
@@ -24627,7 +24440,7 @@ static pd_status pdi_dissolve_meet(pd_ctx *ctx, pd_dissolve *d, double dt, int *
             near = fmax(near, held);
         }
         double need = -t->work[beside->node] / beside->weight;
-        int found = beside->point.pinned ? pdi_law_hold(&law, need, held, &beside->point)
+        int found = beside->point.pinned ? pdi_law_meet_pinned(&law, need, held, &beside->point)
                                          : pdi_law_meet(&law, t->c[beside->node], near, PDI_DISSOLVE_CLOSE * t->size,
                                                         &beside->point);
         if (found < 0) return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
@@ -24738,7 +24551,7 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
 /* The speeds that were found stand for the lines: what metal loses and fluid gains is the same number. Where a line is
  * steeper than all that the fluid does, its concentration gives the speed to few digits, and the balance of the node
  * gives it. */
-static void pdi_dissolve_settle_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
+static void pdi_dissolve_final_speeds(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     const pd_transport *t = d->transport;
     if (!t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* else it is that of the last round */
@@ -24767,13 +24580,15 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *d, double dt, 
     }
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
     pd_status status = pdi_dissolve_solve(ctx, d, dt, result);
-    if (status >= 0 && status != PD_RETRY) pdi_dissolve_settle_speeds(ctx, d, dt);
+    if (status >= 0 && status != PD_RETRY) pdi_dissolve_final_speeds(ctx, d, dt);
     t->pinned_count = 0;
     t->rough = 0;
     return pdi_transport_end(ctx, t, dt, status);
 }
 
-PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
+/* After the transport step of dt [s]: take the losses from the solid, turn empty nodes fluid (grid kinds and ghosts
+ * change; bonds, flow and transport are the caller's to update with d->changed). */
+static pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     if (!d->rated) pdi_dissolve_rates(ctx, d);
     d->rated = 0;
@@ -24782,21 +24597,170 @@ PDI_FN pd_status pdi_dissolve_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     return status;
 }
 
-double pd_dissolve_stock(pd_ctx *ctx, const pd_dissolve *d)
-{
-    double volume;
-    (void)ctx;
-    return pdi_content_stock(d, &volume);
-}
-
-double pd_dissolve_damage(const pd_dissolve *d, int32_t i)
+PDI_FN double pdi_dissolve_damage(const pd_dissolve *d, int32_t i)
 {
     if (d->grid->kind[i] == PD_FLUID) return 1.0;
     if (d->grid->kind[i] != PD_SOLID) return 0.0;
-    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_span(d, i);
+    double lost = (pdi_metal_solid(d, i) - d->transport->c[i]) / pdi_metal_supply(d, i);
     lost = fmin(fmax(lost, 0.0), 1.0);
     return d->links ? pdi_damage_broken(d->desc.seed, i, d->links[i], lost) : lost;
 }
+
+/* ---- the process ---- */
+
+/* Share of `fraction` that the course of a law within a step may cost. */
+#define PDI_DISSOLVE_EXACT 0.04
+/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
+#define PDI_DISSOLVE_EXCESS 2.0
+/* A step that is below this share of the wanted one has failed. */
+#define PDI_DISSOLVE_SHORTEST 1e-9
+
+PDI_COLD_BEGIN
+static pd_status pdi_dissolve_start(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_transport_at(ctx, ((pd_dissolve *)self)->transport, t);
+}
+
+/* The longest admissible step. */
+static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->most = PDI_DISSOLVE_EXCESS * s->fraction;
+    d->rtol = s->rtol;
+    d->lost = s->lost;
+    d->time = s->time;
+    d->longest = 0.0;
+    PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    double fastest = pdi_dissolve_fastest(ctx, d);
+    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
+    s->dt = fmin(s->dt, d->next_dt);
+    return pdi_process_longest(ctx, self, s);
+}
+
+static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    PDI_TRY(pdi_dissolve_longest(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    return PD_OK;
+}
+
+/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
+ * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
+ * that share, too. */
+static double pdi_dissolve_shorten(const pd_dissolve *d, const pd_step *s)
+{
+    double error, taken;
+    if (d->uniform) return 1.0;
+    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
+    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVE_EXACT * s->fraction));
+    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
+}
+
+static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    double end = s->time + s->dt;
+    s->error = pdi_dissolve_shorten(d, s);
+    if (s->error < 1.0) return PD_RETRY;
+    if (!d->uniform || d->longest > 0.0) { /* what changes in time is taken at the middle of the step */
+        d->time = s->time + 0.5 * s->dt;
+        PDI_TRY(pdi_dissolve_prepare(ctx, d));
+    }
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
+    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
+    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
+    d->krylov += status < 0 ? 0 : d->result.krylov;
+    d->longest = fmax(d->longest, s->dt);
+    return status;
+}
+
+static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    double left = s->limit - s->time;
+    if (s->error < 1.0) {
+        s->dt = pdi_process_even(left, s->dt * s->error);
+        return PD_OK;
+    }
+    if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "dissolve",
+                        "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
+                        "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
+                        s->time, s->dt, d->most);
+    s->dt = pdi_process_even(left, d->retry_dt);
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->out += s->dt * d->transport->outflow;
+    d->in += s->dt * d->transport->inflow;
+    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    d->out += d->rinsed;
+    s->turned = d->changed;
+    s->turned_count = d->changed_count;
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    (void)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
+                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
+                    "small, or the metal dissolves too fast", s->dt, s->time, s->limit, s->fraction, s->max_step);
+}
+
+static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    PDI_TRY(pd_transport_update(ctx, d->transport));
+    if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
+    return PD_OK;
+}
+
+static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_dissolve *d = (pd_dissolve *)self;
+    d->reached = 0; /* films may be read */
+    PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
+    return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
+}
+
+static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+{
+    const pd_dissolve *d = (const pd_dissolve *)self;
+    (void)k;
+    double volume;
+    a->solid += pdi_content_stock(d, &volume);
+    a->volume += volume;
+    a->dissolved += pd_transport_stock(ctx, d->transport);
+    a->carry += pd_transport_carried(ctx, d->transport);
+    a->out += d->out;
+    a->in += d->in;
+}
+
+pd_process pd_dissolve_process(pd_dissolve *d)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "dissolution";
+    p.self = d;
+    p.element = pdi_transport_element();
+    p.elements = 1;
+    p.start = pdi_dissolve_start;
+    p.longest = pdi_dissolve_longest;
+    p.limit = pdi_dissolve_limit;
+    p.attempt = pdi_dissolve_attempt;
+    p.accept = pdi_dissolve_accept;
+    p.reject = pdi_dissolve_reject;
+    p.stuck = pdi_dissolve_stuck;
+    p.changed = pdi_dissolve_changed;
+    p.store = pdi_dissolve_store;
+    p.balance = pdi_dissolve_balance;
+    return p;
+}
+PDI_COLD_END
 
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
@@ -24818,178 +24782,6 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
 #endif
-
-/* ======== >>metal/dissolving.c ======== */
-/* dissolving: see dissolving.h */
-#include <math.h>
-#include <string.h>
-
-/* Share of `fraction` that the course of a law within a step may cost. */
-#define PDI_DISSOLVING_EXACT 0.04
-/* A node may lose this many times the share that steps are chosen for, where the law speeds up. */
-#define PDI_DISSOLVING_EXCESS 2.0
-/* A step that is below this share of the wanted one has failed. */
-#define PDI_DISSOLVING_SHORTEST 1e-9
-
-static pd_status pdi_dissolving_start(pd_ctx *ctx, void *self, double t)
-{
-    return pdi_transport_at(ctx, ((pd_dissolving *)self)->dissolve->transport, t);
-}
-
-/* The longest admissible step. */
-static pd_status pdi_dissolving_span(pd_ctx *ctx, void *self, pd_step *s)
-{
-    pd_dissolving *q = (pd_dissolving *)self;
-    pd_dissolve *d = q->dissolve;
-    d->most = PDI_DISSOLVING_EXCESS * s->fraction;
-    d->rtol = s->rtol;
-    d->lost = s->lost;
-    d->time = s->time;
-    q->first = 0.0;
-    PDI_TRY(pdi_dissolve_prepare(ctx, d));
-    double fastest = pdi_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) s->dt = fmin(s->dt, s->fraction / fastest);
-    s->dt = fmin(s->dt, d->next_dt);
-    return pdi_process_span(ctx, self, s);
-}
-
-static pd_status pdi_dissolving_limit(pd_ctx *ctx, void *self, pd_step *s)
-{
-    PDI_TRY(pdi_dissolving_span(ctx, self, s));
-    s->dt = pdi_process_even(s->limit - s->time, s->dt);
-    return PD_OK;
-}
-
-/* Laws of place and time. Returns the factor that makes the step short enough; 1: it is. No node may lose more than the
- * step may take, and the change of the law within the step may cost a small share of that. A jump in time is met to
- * that share, too. */
-static double pdi_dissolving_course(const pd_dissolve *d, const pd_step *s)
-{
-    double error, taken;
-    if (d->uniform) return 1.0;
-    pdi_dissolve_course(d, s->time, s->dt, &error, &taken);
-    double share = fmax(taken / s->fraction, error / (PDI_DISSOLVING_EXACT * s->fraction));
-    return share <= 1.0 + 1e-9 ? 1.0 : fmax(0.9 / share, 0.1);
-}
-
-static pd_status pdi_dissolving_attempt(pd_ctx *ctx, void *self, pd_step *s)
-{
-    pd_dissolving *q = (pd_dissolving *)self;
-    pd_dissolve *d = q->dissolve;
-    double end = s->time + s->dt;
-    s->error = pdi_dissolving_course(d, s);
-    if (s->error < 1.0) return PD_RETRY;
-    if (!d->uniform || q->first > 0.0) { /* what changes in time is taken at the middle of the step */
-        d->time = s->time + 0.5 * s->dt;
-        PDI_TRY(pdi_dissolve_prepare(ctx, d));
-    }
-    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
-    PDI_TRY(pdi_transport_at(ctx, d->transport, end));
-    pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &q->result);
-    q->krylov += status < 0 ? 0 : q->result.krylov;
-    q->first = fmax(q->first, s->dt);
-    return status;
-}
-
-static pd_status pdi_dissolving_reject(pd_ctx *ctx, void *self, pd_step *s)
-{
-    const pd_dissolving *q = (const pd_dissolving *)self;
-    const pd_dissolve *d = q->dissolve;
-    double left = s->limit - s->time;
-    if (s->error < 1.0) {
-        s->dt = pdi_process_even(left, s->dt * s->error);
-        return PD_OK;
-    }
-    if (d->retry_dt < PDI_DISSOLVING_SHORTEST * q->first)
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "dissolve",
-                        "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
-                        "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
-                        s->time, s->dt, d->most);
-    s->dt = pdi_process_even(left, d->retry_dt);
-    return PD_OK;
-}
-
-static pd_status pdi_dissolving_accept(pd_ctx *ctx, void *self, pd_step *s)
-{
-    pd_dissolving *q = (pd_dissolving *)self;
-    pd_dissolve *d = q->dissolve;
-    q->out += s->dt * d->transport->outflow;
-    q->in += s->dt * d->transport->inflow;
-    PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
-    q->out += d->rinsed;
-    s->turned = d->changed;
-    s->turned_count = d->changed_count;
-    return PD_OK;
-}
-
-static pd_status pdi_dissolving_stuck(pd_ctx *ctx, void *self, const pd_step *s)
-{
-    (void)self;
-    return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
-                    "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
-                    "small, or the metal dissolves too fast", s->dt, s->time, s->limit, s->fraction, s->max_step);
-}
-
-static pd_status pdi_dissolving_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
-{
-    pd_dissolve *d = ((pd_dissolving *)self)->dissolve;
-    PDI_TRY(pd_transport_update(ctx, d->transport));
-    if (turned != d->changed) pdi_content_turned(d, turned, count); /* its own nodes it knows */
-    return PD_OK;
-}
-
-static pd_status pdi_dissolving_store(pd_ctx *ctx, void *self, pd_archive *archive)
-{
-    pd_dissolving *q = (pd_dissolving *)self;
-    q->dissolve->reached = 0; /* films may be read */
-    PDI_TRY(pdi_transport_store(ctx, q->dissolve->transport, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_dissolve_list, q->dissolve, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.out", &q->out, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "dissolve.in", &q->in, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of transport", &q->krylov, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "limiter steps", &q->result.limiter, 1));
-    return PDI_KEEP(ctx, archive, "change", &q->result.change, 1);
-}
-
-static void pdi_dissolving_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
-{
-    const pd_dissolving *q = (const pd_dissolving *)self;
-    (void)k;
-    double volume;
-    a->solid += pdi_content_stock(q->dissolve, &volume);
-    a->volume += volume;
-    a->dissolved += pd_transport_stock(ctx, q->dissolve->transport);
-    a->carry += pd_transport_carried(ctx, q->dissolve->transport);
-    a->out += q->out;
-    a->in += q->in;
-}
-
-pd_process pd_dissolving_process(pd_dissolve *dissolve, pd_dissolving *q)
-{
-    pd_process p;
-    memset(&p, 0, sizeof p);
-    memset(q, 0, sizeof *q);
-    q->dissolve = dissolve;
-    p.name = "dissolution";
-    p.self = q;
-    p.element = pdi_transport_element();
-    p.elements = 1;
-    p.start = pdi_dissolving_start;
-    p.span = pdi_dissolving_span;
-    p.limit = pdi_dissolving_limit;
-    p.attempt = pdi_dissolving_attempt;
-    p.accept = pdi_dissolving_accept;
-    p.reject = pdi_dissolving_reject;
-    p.stuck = pdi_dissolving_stuck;
-    p.changed = pdi_dissolving_changed;
-    p.store = pdi_dissolving_store;
-    p.balance = pdi_dissolving_balance;
-    return p;
-}
-
-#undef PDI_DISSOLVING_EXACT
-#undef PDI_DISSOLVING_EXCESS
-#undef PDI_DISSOLVING_SHORTEST
 
 /* ======== >>couple/measure.c ======== */
 /* measure: see measure.h */
@@ -25270,14 +25062,14 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
 
 /* The step of the run when the first process that moves takes several steps of its own in it: the longest that suits
  * all. */
-static pd_status pdi_couple_span(pd_ctx *ctx, const pd_couple *c, pd_step *s)
+static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
     s->dt = left;
     for (int n = 0; n < c->count; n++) {
-        if (!c->process[n].span) continue;
+        if (!c->process[n].longest) continue;
         s->lost = pdi_couple_lost(c, &c->process[n]);
-        PDI_TRY(c->process[n].span(ctx, c->process[n].self, s));
+        PDI_TRY(c->process[n].longest(ctx, c->process[n].self, s));
     }
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_process_even(left, s->dt);
@@ -25326,14 +25118,14 @@ static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, doub
         if (!p->attempt) continue;
         s.time = c->time;
         s.limit = *end;
-        if (!moved && p->inner) PDI_TRY(pdi_couple_span(ctx, c, &s));
-        double span = s.limit - s.time;
+        if (!moved && p->inner) PDI_TRY(pdi_couple_longest(ctx, c, &s));
+        double left = s.limit - s.time;
         s.lost = pdi_couple_lost(c, p);
         pd_status status = pdi_couple_move(ctx, c, p, !moved && !p->inner, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;
         if (p->counts) *count = *p->steps - before;
-        if (!moved) *dt = p->inner ? span : s.dt;
+        if (!moved) *dt = p->inner ? left : s.dt;
         *end = s.end;
         moved = 1;
     }
@@ -26950,19 +26742,19 @@ pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
 #endif
 
 #define PDI_FOLDER_HEAD "# pdcorr: files of the run that is named below; its next start removes them\n"
-#define PDI_FOLDER_TURNS 8 /* locks that go while they are taken */
+#define PDI_FOLDER_TRIES 8 /* locks that go while they are taken */
 
-typedef enum pdi_folder_turn {
+typedef enum pdi_folder_state {
     PDI_FOLDER_OURS = 0,
     PDI_FOLDER_BUSY,
     PDI_FOLDER_GONE, /* the file was removed in between */
     PDI_FOLDER_ERROR
-} pdi_folder_turn;
+} pdi_folder_state;
 
 /* ---- the lock ---- */
 
 #if defined(_WIN32)
-static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct _stat info;
     if (!make) return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
@@ -26997,7 +26789,7 @@ static int pdi_folder_busy(int lock)
 #endif
 }
 
-static pdi_folder_turn pdi_folder_take(const char *path, int make, int *lock)
+static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
     struct stat ours, there;
     errno = 0;
@@ -27041,15 +26833,15 @@ static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *
                     "choose another folder; if none runs, remove '%.200s'", strtod(number, NULL), folder, lock);
 }
 
-static pd_status pdi_folder_hold(pd_ctx *ctx, pd_folder *f)
+static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
-    pdi_folder_turn turn = PDI_FOLDER_GONE;
+    pdi_folder_state state = PDI_FOLDER_GONE;
     PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LOCK, path));
-    for (int k = 0; k < PDI_FOLDER_TURNS && turn == PDI_FOLDER_GONE; k++) turn = pdi_folder_take(path, 1, &f->lock);
-    if (turn == PDI_FOLDER_ERROR)
+    for (int k = 0; k < PDI_FOLDER_TRIES && state == PDI_FOLDER_GONE; k++) state = pdi_folder_take(path, 1, &f->lock);
+    if (state == PDI_FOLDER_ERROR)
         return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
-    if (turn != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
+    if (state != PDI_FOLDER_OURS) return pdi_folder_in_use(ctx, f->path, path);
     f->held = 1;
     snprintf(number, sizeof number, "%-20ld\n", pdi_folder_process()); /* over that of a run that was killed */
     pdi_folder_write(f->lock, number);
@@ -27157,7 +26949,7 @@ PDI_FN pd_status pdi_folder_open(pd_ctx *ctx, const char *path, const char *run,
 {
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
-    pd_status status = pdi_folder_hold(ctx, f);
+    pd_status status = pdi_folder_claim(ctx, f);
     if (status == PD_OK) status = pdi_folder_begin(ctx, f);
     if (status < 0) pdi_folder_close(f);
     return status;
@@ -27172,9 +26964,9 @@ PDI_FN pd_status pdi_folder_check(pd_ctx *ctx, const char *path, const char *run
     PDI_TRY(pdi_folder_init(ctx, path, run, &f));
     PDI_TRY(pdi_file_can_make(ctx, path));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
-    pdi_folder_turn turn = pdi_folder_take(lock, 0, &f.lock);
-    if (turn == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
-    if (turn == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
+    pdi_folder_state state = pdi_folder_take(lock, 0, &f.lock);
+    if (state == PDI_FOLDER_BUSY) return pdi_folder_in_use(ctx, path, lock);
+    if (state == PDI_FOLDER_OURS) pdi_folder_drop(lock, f.lock); /* of a run that was killed */
     PDI_TRY(pdi_folder_head(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
     return listed ? pdi_folder_other(ctx, path, f.run, found) : PD_OK;
@@ -27188,7 +26980,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     FILE *there = fopen(list, "rb");
     if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
-    return pdi_folder_hold(ctx, f);
+    return pdi_folder_claim(ctx, f);
 }
 
 PDI_FN pd_status pdi_folder_add(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
@@ -27234,7 +27026,7 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 }
 
 #undef PDI_FOLDER_HEAD
-#undef PDI_FOLDER_TURNS
+#undef PDI_FOLDER_TRIES
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -27699,7 +27491,7 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
     pdi_canvas_fill(canvas, right, top, right + 1, bottom, colour);
 }
 
-/* Distance of a point from the stretch a-b. */
+/* Distance of a point from the segment a-b. */
 static double pdi_canvas_distance(double x, double y, double xa, double ya, double dx, double dy)
 {
     double length2 = dx * dx + dy * dy, s = length2 > 0 ? ((x - xa) * dx + (y - ya) * dy) / length2 : 0;
@@ -27707,7 +27499,7 @@ static double pdi_canvas_distance(double x, double y, double xa, double ya, doub
     return hypot(x - xa - s * dx, y - ya - s * dy);
 }
 
-/* Cut the stretch a-b to one band of one coordinate; 0 when nothing is left. */
+/* Cut the segment a-b to one band of one coordinate; 0 when nothing is left. */
 static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double lo, double hi)
 {
     if ((*pa < lo && *pb < lo) || (*pa > hi && *pb > hi)) return 0;
@@ -28084,9 +27876,9 @@ PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
 PDI_FN uint32_t pdi_colour_label(int64_t number)
 {
     /* Turning by the golden angle keeps neighbouring numbers far apart. */
-    double turn = 137.50776405003785 * (double)(number % 1000003);
+    double hue = 137.50776405003785 * (double)(number % 1000003);
     int shade = (int)((number % 3 + 3) % 3);
-    return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(turn, 360.0)));
+    return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(hue, 360.0)));
 }
 
 PDI_FN uint32_t pdi_colour_series(int k)
@@ -28137,7 +27929,7 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[96];
     int x_label_start;
-    double stretch;  /* y against x */
+    double aspect;  /* y against x */
     int has_bar, has_solid, has_wall;
 } pdi_picture_layout;
 
@@ -28225,9 +28017,9 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (p->magnification) scale = p->magnification * p->nx / lx;
     l->x = pdi_picture_fit(p->nx, scale * lx);
     l->y = pdi_picture_fit(p->ny, scale * ly);
-    l->stretch = (l->y.pixels / ly) / (l->x.pixels / lx);
+    l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
     double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
-    if (fabs(l->stretch - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
+    if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
     l->unit_x = pdi_picture_unit(size_x, p->lo[0], p->hi[0], &l->axis_x);
     l->unit_y = pdi_picture_unit(size_y, p->lo[1], p->hi[1], &l->axis_y);
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
@@ -28248,8 +28040,8 @@ static int pdi_picture_widest(const pdi_ticks *axis)
 /* The label of the x axis also confesses a stretched axis. */
 static void pdi_picture_x_label(pdi_picture_layout *l)
 {
-    char axis = l->stretch > 1 ? 'y' : 'x';
-    double times = l->stretch > 1 ? l->stretch : 1 / l->stretch;
+    char axis = l->aspect > 1 ? 'y' : 'x';
+    double times = l->aspect > 1 ? l->aspect : 1 / l->aspect;
     if (times > 1.05)
         snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
     else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);
@@ -28942,7 +28734,7 @@ pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, doubl
 
 /* PVD. */
 
-pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
+PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
 {
     memset(pvd, 0, sizeof *pvd);
     if (!path || !path[0] || strlen(path) >= PD_PATH_SIZE)
@@ -28952,7 +28744,7 @@ pd_status pd_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd)
     return PD_OK;
 }
 
-void pd_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
+PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 {
     PDI_DELETE(ctx, pvd->capacity, pvd->entries);
     memset(pvd, 0, sizeof *pvd);
@@ -28983,10 +28775,10 @@ static pd_status pdi_vti_save_series(pd_ctx *ctx, const pd_pvd *pvd)
     return status;
 }
 
-pd_status pd_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
+PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
 {
     char line[PDI_VTI_TEXT + 128], name[PDI_VTI_TEXT], stamp[PDI_NUMBER_SIZE];
-    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pd_pvd_init");
+    if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
     if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
     if (pvd->count && !(time > pvd->last))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
@@ -29704,7 +29496,7 @@ pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *
     return PD_OK;
 }
 
-int pd_units_same(const pd_dims *a, const pd_dims *b)
+PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b)
 {
     for (int k = 0; k < 6; k++)
         if (!(fabs(a->e[k] - b->e[k]) < 1e-9)) return 0;
@@ -29717,7 +29509,7 @@ static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
         pdi_units_product unit;
         const char *why;
         pdi_units_read(pdi_units_names[k].unit, &unit, &why);
-        if (pd_units_same(&unit.dims, dims)) return &pdi_units_names[k];
+        if (pdi_units_same(&unit.dims, dims)) return &pdi_units_names[k];
     }
     return NULL;
 }
@@ -29756,7 +29548,7 @@ static int pdi_units_plain(const pd_dims *dims)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return pd_units_same(dims, &none);
+    return pdi_units_same(dims, &none);
 }
 
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
@@ -30173,7 +29965,7 @@ static int pdi_expr_is_plain(const pdi_expr_type *type)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return type->zero || pd_units_same(&type->dims, &none);
+    return type->zero || pdi_units_same(&type->dims, &none);
 }
 PDI_COLD_END
 
@@ -30261,7 +30053,7 @@ static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_
         a->zero = b->zero;
         return PD_OK;
     }
-    if (b->zero || pd_units_same(&a->dims, &b->dims)) return PD_OK;
+    if (b->zero || pdi_units_same(&a->dims, &b->dims)) return PD_OK;
     pdi_units_describe(&a->dims, left);
     pdi_units_describe(&b->dims, right);
     return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
@@ -30482,7 +30274,7 @@ static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index,
     p->at++;
     PDI_TRY(pdi_expr_enter(p));
     PDI_TRY(pdi_expr_compare(p, type));
-    if (!type->zero && !pd_units_same(&type->dims, &table->argument)) {
+    if (!type->zero && !pdi_units_same(&type->dims, &table->argument)) {
         pdi_units_describe(&type->dims, found);
         pdi_units_describe(&table->argument, expected);
         return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
@@ -30689,7 +30481,7 @@ static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
     if (p->desc->unit) {
         if (pd_units_parse(p->ctx, p->desc->unit, NULL, &dims) < 0)
             return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
-        if (!type->zero && !pd_units_same(&type->dims, &dims)) {
+        if (!type->zero && !pdi_units_same(&type->dims, &dims)) {
             int plain = pdi_expr_is_plain(type);
             pdi_units_describe(&type->dims, found);
             pdi_units_describe(&dims, expected);
@@ -31687,7 +31479,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
-    PDI_DELETE(ctx, setup->identity_size, setup->identity);
+    PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
     pdi_setup_forget(ctx, setup);
     memset(setup, 0, sizeof *setup);
 }
@@ -31977,7 +31769,7 @@ static int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
     size_t size = open ? strcspn(open + 1, "]") : 0;
     if (open) memcpy(unit, open + 1, size);
     unit[size] = '\0';
-    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pd_units_same(dims, &again);
+    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pdi_units_same(dims, &again);
 }
 
 static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,
@@ -32152,8 +31944,8 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
-    pd_status status = PDI_NEW(s->ctx, "chart", rows, x);
-    if (status == PD_OK) status = PDI_NEW(s->ctx, "chart", rows, y);
+    pd_status status = PDI_NEW(s->ctx, "table", rows, x);
+    if (status == PD_OK) status = PDI_NEW(s->ctx, "table", rows, y);
     if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
@@ -32171,9 +31963,9 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
     s.folder = folder;
     for (int at = pdi_text_next(ctx, text, "table", -1); at >= 0; at = pdi_text_next(ctx, text, "table", at)) count++;
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->table));
+    PDI_TRY(PDI_NEW(ctx, "table", count, setup->table));
     setup->tables = count;
-    PDI_TRY(PDI_NEW(ctx, "chart", count, setup->function));
+    PDI_TRY(PDI_NEW(ctx, "table", count, setup->function));
     for (s.section = pdi_text_next(ctx, text, "table", -1); s.section >= 0;
          s.section = pdi_text_next(ctx, text, "table", s.section), k++)
         PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
@@ -32191,12 +31983,12 @@ PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *fo
 
 PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 {
-    size_t length = strlen(line), at = u->identity_size ? u->identity_size - 1 : 0, fresh = at + length + 2;
-    PDI_TRY(PDI_GROW(ctx, "identity", u->identity_size, fresh, u->identity));
-    memcpy(u->identity + at, line, length);
-    u->identity[at + length] = '\n';
-    u->identity[at + length + 1] = '\0';
-    u->identity_size = fresh;
+    size_t length = strlen(line), at = u->fingerprint_size ? u->fingerprint_size - 1 : 0, fresh = at + length + 2;
+    PDI_TRY(PDI_GROW(ctx, "fingerprint", u->fingerprint_size, fresh, u->fingerprint));
+    memcpy(u->fingerprint + at, line, length);
+    u->fingerprint[at + length] = '\n';
+    u->fingerprint[at + length + 1] = '\0';
+    u->fingerprint_size = fresh;
     return PD_OK;
 }
 
@@ -32277,7 +32069,7 @@ static const char *pdi_fingerprint_first(const char *text, const char *other)
 
 PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
 {
-    const char *is = u->identity ? u->identity : "", *was = kept ? kept : "";
+    const char *is = u->fingerprint ? u->fingerprint : "", *was = kept ? kept : "";
     if (strcmp(is, was) == 0) return PD_OK;
     const char *old = pdi_fingerprint_first(was, is), *fresh = pdi_fingerprint_first(is, was);
     if (old && strcspn(old, "=") < pdi_fingerprint_length(old)) { /* the same key with another value says more */
@@ -32685,7 +32477,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
                                " medium or passive",
                                s.name[k]);
     }
-    return setup->shapes ? pd_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
+    return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT
@@ -32776,7 +32568,7 @@ static pd_status pdi_read_metal_labels(pdi_reader *s)
                                   names);
         if (!single)
             return pdi_text_refuse(s->ctx, s->text, e->section, e->key,
-                                  "found in the section of one metal, expected it in [%s], which tells of all metals",
+                                  "found in the section of one metal, expected it in [%s], which holds for all metals",
                                   section->name);
     }
     return PD_OK;
@@ -32923,7 +32715,7 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     if (!u->has_corrode) return PD_OK;
     if (u->has_dissolve)
         return pdi_text_refuse(s->ctx, s->text, section, "corrode",
-                               "found beside [dissolve], expected one of them: both tell how the metal goes");
+                               "found beside [dissolve], expected one of them: each says how the metal goes");
     u->has_transport = u->has_dissolve = 1;
     return PD_OK;
 }
@@ -33159,9 +32951,9 @@ static pd_status pdi_read_flat_notes(pd_ctx *ctx, pd_text *text, const pdi_read_
 {
     double value;
     if (pdi_text_has(ctx, text, 0, "D_grain") && !f->bonds)
-        pdi_setup_note(setup, "D_grain = %g is ignored: k_corr tells the rate", f->D_grain);
+        pdi_setup_note(setup, "D_grain = %g is ignored: k_corr gives the rate", f->D_grain);
     if (pdi_text_has(ctx, text, 0, "D_gb") && !f->bonds)
-        pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor tells that of the boundaries", f->D_gb);
+        pdi_setup_note(setup, "D_gb = %g is ignored: gb_corr_factor gives that of the boundaries", f->D_gb);
     for (size_t k = 0; k < sizeof pdi_read_flat_ignored / sizeof pdi_read_flat_ignored[0]; k++) {
         const char *key = pdi_read_flat_ignored[k][0];
         if (!pdi_text_has(ctx, text, 0, key)) continue;
@@ -33746,7 +33538,7 @@ static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *ke
                                         const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    if (pd_units_same(found, wanted)) return PD_OK;
+    if (pdi_units_same(found, wanted)) return PD_OK;
     pdi_units_describe(found, is);
     pdi_units_describe(wanted, expected);
     return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
@@ -33827,7 +33619,7 @@ static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setu
         if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
     pdi_setup_show(u->until, "s", until);
     return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
-                           " before its end at t = %s; 'start' tells the time of the file at which the run begins",
+                           " before its end at t = %s; 'start' is the time of the file at which the run begins",
                            s->table.path, until);
 }
 
@@ -34472,9 +34264,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-/* bytes NULL: from the file. */
-static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                int count, pd_setup *setup)
+PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+                                 int count, pd_setup *setup)
 {
     pd_text text;
     PDI_TRY(pdi_setup_init(ctx, setup));
@@ -34492,13 +34283,7 @@ static pd_status pdi_scene_make(pd_ctx *ctx, const char *path, const char *bytes
 
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
-    return pdi_scene_make(ctx, path, NULL, overrides, count, setup);
-}
-
-pd_status pd_scene_build(pd_ctx *ctx, const char *name, const char *text, const char *const *overrides, int count,
-                         pd_setup *setup)
-{
-    return pdi_scene_make(ctx, name, text, overrides, count, setup);
+    return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
 }
 
 /* ======== >>run/inlet.c ======== */
@@ -35114,12 +34899,12 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
     int medium = u->medium >= 0;
     pd_transport t;
-    pd_advance advance;
+    pd_two_stage two_stage;
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     if (!u->has_transport) return;
     memset(&t, 0, sizeof t);
-    memset(&advance, 0, sizeof advance);
+    memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
     if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
@@ -35136,7 +34921,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.flux.conductance.bonds = &plan->bonds;
     t.flux.conductance.capacity = plan->bonds.capacity;
     t.flux.conductance.rests = pdi_transport_rests(&t);
-    advance.transport = &t;
+    two_stage.transport = &t;
     pdi_transport_solvers(&t, &kd, &md);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
@@ -35145,7 +34930,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
     if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);
-    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_advance_list, &advance);
+    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
     *bytes += pdi_footprint_compact(plan, u->has_flow) +
               pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
 }
@@ -35460,12 +35245,12 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
     if (!u->has_dissolve) {
-        pd_advance_desc advance;
-        memset(&advance, 0, sizeof advance);
-        advance.rtol = u->rtol;
-        advance.largest = u->max_step;
-        PDI_TRY(pd_advance_build(ctx, &m->transport, &advance, &m->advance));
-        m->advance.settle = u->settle;
+        pd_two_stage_desc two_stage;
+        memset(&two_stage, 0, sizeof two_stage);
+        two_stage.rtol = u->rtol;
+        two_stage.largest = u->max_step;
+        PDI_TRY(pd_two_stage_build(ctx, &m->transport, &two_stage, &m->two_stage));
+        m->two_stage.settle = u->settle;
     }
     return pdi_model_initial(ctx, m, m->transport.c);
 }
@@ -35612,11 +35397,11 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
 {
     const pd_setup *u = m->setup;
     int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
-    const pd_transport_result *r = u->has_dissolve ? &m->dissolving.result : &m->advance.result;
+    const pd_transport_result *r = u->has_dissolve ? &m->dissolve.result : &m->two_stage.result;
     e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
     e->flow_krylov = m->quasi.krylov;
-    e->transport_krylov = u->has_dissolve ? m->dissolving.krylov : m->advance.krylov;
+    e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
     e->limiter = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
@@ -35636,8 +35421,8 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
         PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
-    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolving_process(&m->dissolve, &m->dissolving)));
-    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_advance_process(&m->advance)));
+    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
+    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     return PD_OK;
 }
 
@@ -35672,7 +35457,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_dissolve_free(ctx, &m->dissolve);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
-    pd_advance_free(ctx, &m->advance);
+    pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);
     pd_gas_free(ctx, &m->gas);
     pd_implicit_free(ctx, &m->implicit);
@@ -35705,10 +35490,10 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 /* The text of the scene. */
 static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive *archive)
 {
-    int64_t size = (int64_t)u->identity_size;
+    int64_t size = (int64_t)u->fingerprint_size;
     char *kept = NULL;
     PDI_TRY(PDI_KEEP(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->identity, size);
+    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_SCENE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
                         (double)size, PDI_CHECKPOINT_SCENE);
@@ -35969,7 +35754,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_RATE:
         return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
-    case PD_FIELD_DAMAGE: return pd_dissolve_damage(&m->dissolve, i);
+    case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -36308,7 +36093,7 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
     if (count == 0) return PD_OK;
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
-    return pd_pvd_add(ctx, &out->pvd, time, path);
+    return pdi_pvd_add(ctx, &out->pvd, time, path);
 }
 
 /* ---- pictures ---- */
@@ -36574,7 +36359,7 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     out->folder = folder;
     PDI_TRY(pdi_output_reserve(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
-    return pd_pvd_init(ctx, path, &out->pvd);
+    return pdi_pvd_init(ctx, path, &out->pvd);
 }
 
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
@@ -36690,7 +36475,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     int32_t total = out->model ? out->model->grid.total : 0;
     pdi_csv_close(&quiet, &out->diagnostics);
     pdi_csv_close(&quiet, &out->probes);
-    pd_pvd_free(ctx, &out->pvd);
+    pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, out->cells, out->cell);
@@ -36743,11 +36528,11 @@ static void pdi_summary_grid(const pdi_summary *s)
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(m->grid.h[d] - m->grid.h[0]) > 1e-12 * m->grid.h[0]) axes = PD_DIM;
     for (int d = 0; d < PD_DIM; d++) {
-        size_t used = strlen(size), told = strlen(spacing);
+        size_t used = strlen(size), length = strlen(spacing);
         snprintf(size + used, sizeof size - used, "%s%d", d ? " x " : "", m->grid.n[d]);
         if (d >= axes) continue;
         pdi_setup_show(m->grid.h[d], "m", text);
-        snprintf(spacing + told, sizeof spacing - told, "%s%s", d ? " x " : "", text);
+        snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
     pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
                      m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
@@ -36891,7 +36676,7 @@ static void pdi_summary_absent(const pdi_summary *s)
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
-    pd_footprint budget;
+    pd_footprint footprint;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -36907,10 +36692,10 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pd_footprint_estimate(model->setup, &budget);
+    pd_footprint_estimate(model->setup, &footprint);
     pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
                      (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
-                     budget.all * 1e-6);
+                     footprint.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
 }
 
@@ -36994,7 +36779,8 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (m->seen == effort.flow_solves) return PD_OK;
     m->seen = effort.flow_solves;
     m->count = 0;
-    pd_force_shape(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction, pressure);
+    pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
+                     pressure);
     pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
     pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
@@ -37029,23 +36815,23 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
 static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    double flux = 0.0, area = 0.0, driven = 0.0;
+    double flux = 0.0, area = 0.0, excess = 0.0;
     pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
                         d->axis, m->flux, m->area);
     pdi_monitor_fluid(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
         area += m->area[k];
-        if (m->area[k] > 0.0) driven += m->area[k] * (d->surface - m->fluid[k]);
+        if (m->area[k] > 0.0) excess += m->area[k] * (d->surface - m->fluid[k]);
     }
     if (d->area > 0.0) {
-        driven *= d->area / area;
+        excess *= d->area / area;
         area = d->area;
     }
     pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
     pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
     pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
-    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (driven * d->diffusivity));
+    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
 }
 
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -37528,7 +37314,7 @@ static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_se
     if (!pdi_compare_value(c, r->figure, &value, unit)) return pdi_compare_unknown(ctx, c, r);
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
     PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
-    if (pd_units_same(&dims, &r->dims)) return PD_OK;
+    if (pdi_units_same(&dims, &r->dims)) return PD_OK;
     pdi_units_describe(&r->dims, found);
     pdi_units_describe(&dims, wanted);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"
@@ -37793,7 +37579,7 @@ typedef struct pdi_run {
     pd_compare compare;
     pd_status status;     /* of the observer */
     int stopped;
-    double started, told; /* [s] clock */
+    double started, reported; /* [s] clock */
     double kept;          /* [s] clock of the last checkpoint */
     const char *path;     /* of the folder */
     pd_folder folder;
@@ -37807,12 +37593,12 @@ typedef struct pdi_run {
     char checkpoint[PD_PATH_SIZE];
 } pdi_run;
 
-static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
+static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 {
     char line[240];
     double now = pdi_par_clock(), until = r->setup->until;
     if (!r->desc->print || !(until > 0.0)) return;
-    r->told = now;
+    r->reported = now;
     pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
     if (doing) {
         size_t used = strlen(line);
@@ -37823,8 +37609,8 @@ static void pdi_run_tell(pdi_run *r, const char *doing, int64_t count)
 
 static void pdi_run_progress(pdi_run *r)
 {
-    if (pdi_par_clock() - r->told >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
-        pdi_run_tell(r, NULL, 0);
+    if (pdi_par_clock() - r->reported >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
+        pdi_run_report(r, NULL, 0);
 }
 
 /* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
@@ -37836,7 +37622,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     if (r->stopped) return !r->writing;
     if (now - r->polled < PDI_RUN_PROGRESS) return 0;
     r->polled = now;
-    if (now - r->told >= 2.0 * PDI_RUN_PROGRESS) pdi_run_tell(r, doing, count);
+    if (now - r->reported >= 2.0 * PDI_RUN_PROGRESS) pdi_run_report(r, doing, count);
     if (r->poll && r->poll(r->poll_user, doing, count)) r->stopped = 1;
     return r->stopped;
 }
@@ -38161,7 +37947,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->told = r->kept = pdi_par_clock();
+    r->started = r->reported = r->kept = pdi_par_clock();
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->poll;
     r->poll_user = ctx->poll_user;
@@ -38223,7 +38009,7 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim)
 {
     memset(sim, 0, sizeof *sim);
-    pd_status status = strchr(scene, '\n') ? pd_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
+    pd_status status = strchr(scene, '\n') ? pdi_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
                                            : pd_scene_read(ctx, scene, overrides, count, &sim->setup);
     if (status < 0) {
         memset(sim, 0, sizeof *sim);
@@ -38375,7 +38161,7 @@ static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor
     }
     do {
         uint8_t kind;
-        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: widths", blocks));
+        if (blocks++ % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: widths", blocks));
         if (!pdi_coarser_uniform(grid, i, factor, &kind)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             b.low[d] = at[d] = i[d] < 0 ? 0 : i[d];
@@ -38411,8 +38197,9 @@ static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine
         if (coarse->grid.h[d] > coarse->grid.h[axis]) axis = d;
     pdi_setup_show(coarse->grid.h[axis], "m", spacing);
     pdi_setup_show(x[0], "m", place);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin", "the lattice at h = %s cannot hold the scene: the %s near x = %s %s",
-                    spacing, names[fine->grid.kind[node]], place, what);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
+                    "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
+                    names[fine->grid.kind[node]], place, what);
 }
 
 /* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
@@ -38430,7 +38217,7 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
         int32_t node = pd_grid_node(&fine->grid, i);
         uint8_t kind = fine->grid.kind[node];
         pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
-        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "twin: parts", node));
+        if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: parts", node));
         if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
             return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
@@ -38442,25 +38229,25 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
     return PD_OK;
 }
 
-static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor,
+static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                    pdi_coarser_lattice *fine, pdi_coarser_lattice *coarse)
 {
     uint8_t *wide = NULL;
     int line;
     PDI_TRY(pdi_model_grid(ctx, setup, &line, &fine->stencil, &fine->grid));
-    PDI_TRY(pdi_model_grid(ctx, twin, &line, &coarse->stencil, &coarse->grid));
-    PDI_TRY(PDI_NEW(ctx, "twin", fine->grid.total, wide));
+    PDI_TRY(pdi_model_grid(ctx, coarser, &line, &coarse->stencil, &coarse->grid));
+    PDI_TRY(PDI_NEW(ctx, "coarser", fine->grid.total, wide));
     pd_status status = pdi_coarser_compare(ctx, fine, coarse, factor, wide);
     PDI_DELETE(ctx, fine->grid.total, wide);
     return status;
 }
 
-static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *twin, int factor)
+static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor)
 {
     pdi_coarser_lattice fine, coarse;
     memset(&fine, 0, sizeof fine);
     memset(&coarse, 0, sizeof coarse);
-    pd_status status = pdi_coarser_lattices(ctx, setup, twin, factor, &fine, &coarse);
+    pd_status status = pdi_coarser_lattices(ctx, setup, coarser, factor, &fine, &coarse);
     pd_grid_free(ctx, &coarse.grid);
     pd_stencil_free(ctx, &coarse.stencil);
     pd_grid_free(ctx, &fine.grid);
@@ -38473,7 +38260,7 @@ static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
     for (int d = 0; d < PD_DIM; d++) {
         int cells = pdi_setup_cells(setup, d);
         if (cells % factor)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h cannot hold the scene: the box has %d cells along %c, expected a"
                             " multiple of %d", factor, cells, "xyz"[d], factor);
     }
@@ -38489,7 +38276,7 @@ static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor
     int inside = index > PDI_COARSER_NEAR && index < pdi_setup_cells(setup, axis) - PDI_COARSER_NEAR;
     if (!inside || fabs(index - whole) > PDI_COARSER_NEAR || (int)whole % factor == 0) return PD_OK;
     pdi_setup_show(place, "m", text);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at %d h cannot hold the scene: the face of a shape at %c = %s is cell %d of the box, "
                     "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
@@ -38511,54 +38298,54 @@ static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int facto
 }
 
 /* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
-static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *twin)
+static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *coarser)
 {
     int low = m->index / factor, rest = m->index % factor;
     for (int side = 0; side < (rest ? 2 : 1); side++) {
-        int k = twin->setup.monitors;
+        int k = coarser->setup.monitors;
         if (low + side < 1 || low + side > cells / factor - 1)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "twin",
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                             "the lattice at %d h has no plane beside [plane %s], too near to the end of the box",
                             factor, m->name);
         if (k == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "twin",
+            return pdi_fail(ctx, PD_ERR_SIZE, "coarser",
                             "more than %d sections, because planes between those of the lattice count twice",
                             PD_SETUP_MONITORS);
-        twin->setup.monitor[k] = *m;
-        twin->setup.monitor[k].index = low + side;
-        twin->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
-        twin->setup.monitors++;
+        coarser->setup.monitor[k] = *m;
+        coarser->setup.monitor[k].index = low + side;
+        coarser->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
+        coarser->setup.monitors++;
     }
     return PD_OK;
 }
 
-static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
 {
-    twin->setup = *setup;
-    for (int d = 0; d < PD_DIM; d++) twin->setup.h[d] = factor * setup->h[d];
+    coarser->setup = *setup;
+    for (int d = 0; d < PD_DIM; d++) coarser->setup.h[d] = factor * setup->h[d];
     PDI_TRY(pdi_coarser_box(ctx, setup, factor));
     PDI_TRY(pdi_coarser_faces(ctx, setup, factor));
-    PDI_TRY(pdi_coarser_geometry(ctx, setup, &twin->setup, factor));
-    twin->setup.monitors = 0;
+    PDI_TRY(pdi_coarser_geometry(ctx, setup, &coarser->setup, factor));
+    coarser->setup.monitors = 0;
     for (int k = 0; k < setup->monitors; k++) {
         const pd_setup_monitor *m = &setup->monitor[k];
         if (m->kind == PD_MONITOR_LINE) continue; /* nothing but files */
         if (m->kind == PD_MONITOR_PLANE) {
-            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, twin));
+            PDI_TRY(pdi_coarser_plane(ctx, m, pdi_setup_cells(setup, m->axis), factor, coarser));
             continue;
         }
-        if (twin->setup.monitors == PD_SETUP_MONITORS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "twin", "more than %d sections", PD_SETUP_MONITORS);
-        twin->share[twin->setup.monitors] = 1.0;
-        twin->setup.monitor[twin->setup.monitors++] = *m;
+        if (coarser->setup.monitors == PD_SETUP_MONITORS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "coarser", "more than %d sections", PD_SETUP_MONITORS);
+        coarser->share[coarser->setup.monitors] = 1.0;
+        coarser->setup.monitor[coarser->setup.monitors++] = *m;
     }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *twin)
+PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
 {
-    pd_status status = pdi_coarser_make(ctx, setup, factor, twin);
-    if (status < 0) memset(twin, 0, sizeof *twin);
+    pd_status status = pdi_coarser_make(ctx, setup, factor, coarser);
+    if (status < 0) memset(coarser, 0, sizeof *coarser);
     return status;
 }
 
@@ -38577,10 +38364,10 @@ PDI_FN pd_status pdi_coarser_build(pd_ctx *ctx, const pd_setup *setup, int facto
 #define PDI_ESTIMATE_MINOR 0.1 /* [-] figures below this share of the largest of their sort are minor */
 #define PDI_ESTIMATE_LINE 2048 /* [byte] of a line */
 
-/* ---- figures of the twins ---- */
+/* ---- figures of the coarser runs ---- */
 
-/* Value of the twin that belongs to a figure of the run; NaN: it has none. */
-static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figures, const pd_figure *wanted)
+/* Value of the coarser run that belongs to a figure of the run; NaN: it has none. */
+static double pdi_estimate_match(const pd_coarser *coarser, const pd_figures *figures, const pd_figure *wanted)
 {
     double sum = 0.0;
     int found = 0;
@@ -38589,21 +38376,21 @@ static double pdi_estimate_match(const pd_coarser *twin, const pd_figures *figur
         if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
             strcmp(f->key, wanted->key) != 0)
             continue;
-        sum += (f->monitor < 0 ? 1.0 : twin->share[f->monitor]) * f->value;
+        sum += (f->monitor < 0 ? 1.0 : coarser->share[f->monitor]) * f->value;
         found = 1;
     }
     return found ? sum : (double)NAN;
 }
 
-/* Put the twin before the message of its run. */
+/* Put the lattice before the message of its run. */
 static void pdi_estimate_blame(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
     memcpy(message, ctx->message, sizeof message);
-    pdi_fail(ctx, ctx->status, "twin", "the run at %d h failed: %.560s", level ? 4 : 2, message);
+    pdi_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
-static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *twin, pd_estimate *e,
+static pd_status pdi_estimate_coarser_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *coarser, pd_estimate *e,
                                        int level)
 {
     pd_run_desc dry;
@@ -38616,22 +38403,22 @@ static pd_status pdi_estimate_twin_run(pd_ctx *ctx, const pd_run_desc *desc, pd_
     dry.figures = &figures;
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
-    pd_status status = pd_run(ctx, &twin->setup, &dry, &result);
+    pd_status status = pd_run(ctx, &coarser->setup, &dry, &result);
     if (status < 0) pdi_estimate_blame(ctx, level);
     else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count && status >= 0; k++)
-        e->list[k].twin[level] = pdi_estimate_match(twin, &figures, &e->list[k].figure);
+        e->list[k].coarser[level] = pdi_estimate_match(coarser, &figures, &e->list[k].figure);
     pd_figures_free(ctx, &figures);
     return status;
 }
 
-static pd_status pdi_estimate_twin(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
+static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
 {
-    pd_coarser *twin = NULL;
-    PDI_TRY(PDI_NEW(ctx, "estimate", 1, twin));
-    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, twin);
-    if (status >= 0) status = pdi_estimate_twin_run(ctx, desc, twin, e, level);
-    PDI_DELETE(ctx, 1, twin);
+    pd_coarser *coarser = NULL;
+    PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
+    pd_status status = pdi_coarser_build(ctx, e->setup, level ? 4 : 2, coarser);
+    if (status >= 0) status = pdi_estimate_coarser_run(ctx, desc, coarser, e, level);
+    PDI_DELETE(ctx, 1, coarser);
     return status < 0 ? status : PD_OK;
 }
 
@@ -38646,7 +38433,7 @@ static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
 {
-    double value = e->figure.value, near_step = e->twin[0] - value, far_step = e->twin[1] - e->twin[0];
+    double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
     double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(u, &e->figure);
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
@@ -38675,13 +38462,13 @@ static void pdi_estimate_rank(pd_estimate *e)
     }
 }
 
-static pd_status pdi_estimate_twins(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
+static pd_status pdi_estimate_both(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
 {
-    PDI_TRY(pdi_estimate_twin(ctx, desc, e, 0));
-    e->twins = 1;
-    pd_status status = pdi_estimate_twin(ctx, desc, e, 1);
+    PDI_TRY(pdi_estimate_coarser(ctx, desc, e, 0));
+    e->coarser_runs = 1;
+    pd_status status = pdi_estimate_coarser(ctx, desc, e, 1);
     if (pdi_is_final(status)) return status;
-    if (status == PD_OK) e->twins = 2;
+    if (status == PD_OK) e->coarser_runs = 2;
     else memcpy(e->without, ctx->message, sizeof e->without);
     if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_estimate_judge(e->setup, &e->list[k]);
@@ -38700,9 +38487,9 @@ pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc 
     e->count = figures->count;
     for (int k = 0; k < e->count; k++) {
         e->list[k].figure = figures->list[k];
-        e->list[k].twin[0] = e->list[k].twin[1] = (double)NAN;
+        e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;
     }
-    pd_status status = pdi_estimate_twins(ctx, desc, e);
+    pd_status status = pdi_estimate_both(ctx, desc, e);
     e->wall = pdi_par_clock() - started;
     if (status < 0) pd_estimate_free(ctx, e);
     return status;
@@ -38750,7 +38537,7 @@ static void pdi_estimate_scene(const pd_estimate *e, char *text, size_t size)
     const pd_estimated *w = e->worst < 0 ? NULL : &e->list[e->worst];
     const pd_estimated *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
     size_t used = strlen(text);
-    snprintf(text + used, size - used, " twins=%d", e->twins);
+    snprintf(text + used, size - used, " coarser_runs=%d", e->coarser_runs);
     if (a) {
         used = strlen(text);
         snprintf(text + used, size - used, " order=%.3g err_volume_loss=%.3g%s", a->order, a->error,
@@ -38893,7 +38680,7 @@ typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
     pd_fit *fit;
-    pd_coarser *twin;      /* work */
+    pd_coarser *coarser;      /* work */
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
@@ -38943,7 +38730,8 @@ static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, 
     double from, to;
     pd_dims a, b;
     if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
-    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 || !pd_units_same(&a, &b))
+    if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 ||
+        !pdi_units_same(&a, &b))
         return pdi_fit_refuse(ctx, range, "bounds of one dimension");
     p->low *= from / to;
     return PD_OK;
@@ -39034,9 +38822,9 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->twin));
-        dry.share = f->twin->share;
-        setup = &f->twin->setup;
+        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->coarser));
+        dry.share = f->coarser->share;
+        setup = &f->coarser->setup;
     }
     PDI_TRY(pd_run(f->ctx, setup, &dry, &result));
     return result.stopped ? pdi_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
@@ -39120,7 +38908,7 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->weight));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->place));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->best));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->twin));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->coarser));
     pdi_fit_gather(f, u);
     f->fit->h = u->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
@@ -39135,7 +38923,7 @@ static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
-static void pdi_fit_told(void *user, const double *value, double sum, int evaluations)
+static void pdi_fit_report(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
     char line[400], h[PD_UNITS_TEXT];
@@ -39164,7 +38952,7 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     d.noise = f->noise;
     d.fn = pdi_fit_evaluate;
     d.user = f;
-    d.told = pdi_fit_told;
+    d.report = pdi_fit_report;
     f->least = HUGE_VAL;
     pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
@@ -39251,7 +39039,7 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
     PDI_DELETE(ctx, f.all, f.weight);
     PDI_DELETE(ctx, f.all, f.place);
     PDI_DELETE(ctx, f.all, f.best);
-    PDI_DELETE(ctx, 1, f.twin);
+    PDI_DELETE(ctx, 1, f.coarser);
     return status;
 }
 
@@ -39518,9 +39306,9 @@ pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_d
     pd_status status = pd_run(ctx, &setup, &one, &result);
     pd_setup_free(ctx, &setup);
     if (status < 0) {
-        pd_ctx told = *ctx; /* the message is that of the run */
+        pd_ctx copy = *ctx; /* the message is that of the run */
         snprintf(text, sizeof text, "%s", ctx->message);
-        pdi_sweep_leave(&told, path, "failed", text);
+        pdi_sweep_leave(&copy, path, "failed", text);
         return status;
     }
     pd_run_line(&result, text, sizeof text);
@@ -39642,8 +39430,8 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
         PDI_TRY(pdi_sweep_field(ctx, file, value, length));
     }
     PDI_TRY(pdi_file_text(ctx, file, ","));
-    int told = message && strncmp(text, "done\n", 5) != 0;
-    if (told) PDI_TRY(pdi_sweep_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
+    int failed = message && strncmp(text, "done\n", 5) != 0;
+    if (failed) PDI_TRY(pdi_sweep_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
     return pdi_file_text(ctx, file, "\n");
 }
 
