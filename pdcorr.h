@@ -86,6 +86,7 @@
  *     limiter    the gradient of a concentration, and the share of its antidiffusive fluxes that a node may keep.
  *     flux       advection and diffusion at a bond: upwinded fluxes from node to node, and the antidiffusive fluxes that take
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
+ *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
@@ -1977,10 +1978,10 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
                                     const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
- * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
- * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
- * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
- * transfers with rescaled coarse operators). */
+ * rhs and x, which may be the same, live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box
+ * are neither read nor written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing.
+ * Before a successful setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess
+ * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
 /* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
@@ -2041,7 +2042,7 @@ PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
- * gives waves of all short lengths nearly the same (eq. 5.11). At least 0. */
+ * gives waves of all short lengths nearly the same (eq. 5.15). At least 0. */
 PDI_FN double pdi_compact_excess(const pd_stencil *stencil);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);
@@ -3214,6 +3215,38 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 
 #endif
 
+/* ======== >>transport/inverse.h ======== */
+/* inverse: the preconditioner of transport, near the inverse of its operator.
+ *
+ * It is a multigrid cycle on the compact operator and, at rest, what wide families answer to short waves (theory: eq.
+ * 5.15).
+ */
+#ifndef PD_INVERSE_H
+#define PD_INVERSE_H
+
+typedef struct pd_inverse {
+    const pd_flux *flux;    /* the operator, its diffusivities and what absorbs. Borrowed */
+    double rate;            /* [1/s] of the term in time */
+    double excess;          /* [m2] tau D of eq. 5.15; 0 with a flow */
+    double spread;          /* [-] share of the spreading of upwind fluxes that the operator keeps */
+    int fresh;              /* 1: it is that of this step */
+    pd_compact compact;
+    pd_multigrid mg;
+} pd_inverse;
+
+#ifdef PDI_INTERNAL
+/* flux and spread are given. desc: of pdi_compact_multigrid. */
+PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *inverse);
+PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *inverse);
+/* For steps with the term `rate` [1/s] in time, where `pinned_count` nodes hold their concentration. */
+PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *inverse, double rate, const int32_t *pinned,
+                                   int32_t pinned_count);
+/* y [total] = near A^-1 x, at fluid nodes. */
+PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *inverse, const double *x, double *y);
+#endif
+
+#endif
+
 /* ======== >>transport/transport.h ======== */
 /* transport: steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
  *
@@ -3284,12 +3317,8 @@ typedef struct pd_transport {
     int32_t pinned_count;
     int rough;              /* 1: a stage may end above its tolerance, once it has gained what the last one did */
     double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
-    int prepared;           /* 1: the preconditioner is that of this step, */
-    double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
-    double excess;          /* [m2] tau D of eq. 5.11; 0 with a flow */
-    pd_compact compact;
-    pd_multigrid mg;
+    pd_inverse inverse;
     pd_krylov krylov;
     double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
                              * step */
@@ -20459,6 +20488,118 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>transport/inverse.c ======== */
+/* inverse: see inverse.h */
+#include <math.h>
+#include <string.h>
+
+/* Conductance of nodes that hold their concentration, over that of their cell. */
+#define PDI_INVERSE_STIFF 1e6
+
+PDI_COLD_BEGIN
+PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
+{
+    const pd_flow *flow = v->flux->flow;
+    v->excess = flow ? 0.0 : pdi_compact_excess(v->flux->bonds->stencil);
+    PDI_TRY(pdi_compact_build(ctx, v->flux->bonds->grid, flow != NULL, &v->compact));
+    return pdi_multigrid_build(ctx, desc, &v->mg);
+}
+
+PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v)
+{
+    pdi_compact_free(ctx, &v->compact);
+    pdi_multigrid_free(ctx, &v->mg);
+}
+PDI_COLD_END
+
+/* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
+ * the preconditioner stays positive. */
+static double pdi_inverse_own(const pd_inverse *v, int32_t i)
+{
+    const double *hold = v->flux->diffusion->wall_rate;
+    return v->rate + fmax(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
+}
+
+/* S of eq. 5.15 at node i; *direct: tau S [s]. */
+static double pdi_inverse_share(const pd_inverse *v, int32_t i, double *direct)
+{
+    const pd_diffusion *d = v->flux->diffusion;
+    double diffusivity = d->field ? d->field[i] : d->desc.diffusivity;
+    double sum = diffusivity + v->excess * pdi_inverse_own(v, i);
+    *direct = sum > 0.0 ? v->excess / sum : 0.0;
+    return sum > 0.0 ? diffusivity / sum : 1.0;
+}
+
+/* What holds the concentrations of the cells: the time, the lines of the law, held walls. */
+static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinned_count)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    float *mass = v->compact.mass;
+    int i[PD_DIM];
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (grid->kind[node] != PD_FLUID) continue;
+        double direct, own = pdi_inverse_own(v, node), around = pdi_grid_circumference(grid, node);
+        pdi_grid_index(grid, node, i);
+        int64_t cell = pdi_compact_cell(grid, i);
+        if (v->flux->flow) mass[cell] += (float)(around * (own - v->rate));
+        else mass[cell] = (float)(around * own * pdi_inverse_share(v, node, &direct));
+    }
+    for (int32_t k = 0; k < pinned_count; k++) {
+        pdi_grid_index(grid, pinned[k], i);
+        mass[pdi_compact_cell(grid, i)] *= (float)PDI_INVERSE_STIFF;
+    }
+}
+
+PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
+                                   int32_t pinned_count)
+{
+    const pd_flux *flux = v->flux;
+    const pd_diffusion *d = flux->diffusion;
+    pdi_compact_faces faces;
+    pdi_compact_convection convection;
+    double spread[PD_DIM * PD_DIM];
+    pd_compact *c = &v->compact;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
+    v->rate = rate;
+    faces.closed = faces.outlet = 0;
+    faces.inlet = 1;
+    pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
+    convection.u = flux->flow ? flux->flow->u : NULL;
+    convection.spread = spread;
+    if (!again)
+        pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, rate, &faces, c);
+    pdi_inverse_hold(v, pinned, pinned_count);
+    if (again) return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+    v->fresh = 1;
+    return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
+                               flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    if (!(v->excess > 0.0)) {
+        pdi_multigrid_cycle(ctx, &v->mg, x, y);
+        return;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        double direct;
+        if (grid->kind[i] == PD_FLUID) y[i] = pdi_inverse_share(v, i, &direct) * x[i];
+    }
+    pdi_multigrid_cycle(ctx, &v->mg, y, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        double direct;
+        if (grid->kind[i] != PD_FLUID) continue;
+        y[i] *= pdi_inverse_share(v, i, &direct);
+        y[i] += direct * x[i];
+    }
+}
+
 /* ======== >>transport/transport.c ======== */
 /* transport: see transport.h
  *
@@ -20490,8 +20631,6 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
-/* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
-#define PDI_TRANSPORT_STIFF 1e6
 
 /* A copy with images. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
@@ -20582,100 +20721,14 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     pdi_transport_pin(t, y);
 }
 
-/* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
- * the preconditioner stays positive. */
-static double pdi_transport_own(const pd_transport *t, int32_t i)
-{
-    return 1.0 / t->dt + fmax(t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0), 0.0);
-}
-
-/* S of eq. 5.11 at node i; *direct: tau S [s]. */
-static double pdi_transport_share(const pd_transport *t, int32_t i, double *direct)
-{
-    double diffusivity = t->diffusion.field ? t->diffusion.field[i] : t->desc.diffusivity;
-    double sum = diffusivity + t->excess * pdi_transport_own(t, i);
-    *direct = sum > 0.0 ? t->excess / sum : 0.0;
-    return sum > 0.0 ? diffusivity / sum : 1.0;
-}
-
-/* y = A^-1 x for the operator of wide families, as near as one cycle on the compact one comes (eq. 5.11). */
-static void pdi_transport_cycle(pd_ctx *ctx, pd_transport *t, const double *x, double *y)
-{
-    const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total * 4);
-    (void)nt;
-    if (!(t->excess > 0.0)) {
-        pdi_multigrid_cycle(ctx, &t->mg, x, y);
-        return;
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double direct;
-        if (kind[i] == PD_FLUID) y[i] = pdi_transport_share(t, i, &direct) * x[i];
-    }
-    pdi_multigrid_cycle(ctx, &t->mg, y, y);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double direct;
-        if (kind[i] != PD_FLUID) continue;
-        y[i] *= pdi_transport_share(t, i, &direct);
-        y[i] += direct * x[i];
-    }
-}
-
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_cycle(u->ctx, u->t, x, y);
+    pdi_inverse_apply(u->ctx, &u->t->inverse, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
     pdi_transport_pin(u->t, y);
-}
-
-/* What holds the concentrations of the cells, for the preconditioner: the time, the lines of the law, held walls. */
-static void pdi_transport_hold(const pd_transport *t, float *mass)
-{
-    const pd_grid *grid = t->grid;
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        double direct, own = pdi_transport_own(t, node), around = pdi_grid_circumference(grid, node);
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        int64_t cell = pdi_compact_cell(grid, i);
-        if (t->flow) mass[cell] += (float)(around * (own - 1.0 / t->dt));
-        else mass[cell] = (float)(around * own * pdi_transport_share(t, node, &direct));
-    }
-    for (int32_t k = 0; k < t->pinned_count; k++) {
-        int i[PD_DIM];
-        pdi_grid_index(grid, t->pinned[k], i);
-        mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
-    }
-}
-
-static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
-{
-    pdi_compact_faces faces;
-    pdi_compact_convection convection;
-    double spread[PD_DIM * PD_DIM];
-    pd_compact *c = &t->compact;
-    /* at rest later stages of a step differ by what holds the nodes alone */
-    int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
-    faces.closed = faces.outlet = 0;
-    faces.inlet = 1;
-    pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
-                         spread);
-    convection.u = t->flow ? t->flow->u : NULL;
-    convection.spread = spread;
-    if (!again)
-        pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
-                         1.0 / t->dt, &faces, c);
-    pdi_transport_hold(t, c->mass);
-    if (again) return pdi_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
-    t->prepared = 1;
-    t->prepared_dt = t->dt;
-    return pdi_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
-                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
 
 /* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
@@ -21010,7 +21063,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     t->dt = dt;
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
-    PDI_TRY(pdi_transport_setup(ctx, t));
+    PDI_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
@@ -21035,7 +21088,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
@@ -21140,7 +21193,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 
 PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
@@ -21152,7 +21205,7 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     if (t->desc.given) return PD_OK;
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -21235,9 +21288,6 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
-    PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
-    t->excess = flow ? 0.0 : pdi_compact_excess(bonds->stencil);
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
@@ -21259,7 +21309,10 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flux.conductance.rests = pdi_transport_rests(t);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
-    return pdi_flux_build(ctx, &t->flux);
+    PDI_TRY(pdi_flux_build(ctx, &t->flux));
+    t->inverse.flux = &t->flux;
+    t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
+    return pdi_inverse_build(ctx, &md, &t->inverse);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -21283,8 +21336,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
-    pdi_compact_free(ctx, &t->compact);
-    pdi_multigrid_free(ctx, &t->mg);
+    pdi_inverse_free(ctx, &t->inverse);
     pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);

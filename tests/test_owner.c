@@ -251,8 +251,8 @@ TEST(names_and_units)
                  {pdi_two_stage_list, &two_stage}, {pdi_diffusion_list, &transport.diffusion},
                  {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.flux},
                  {pdi_conductance_list, &transport.flux.conductance}, {pdi_media_list, &transport.diffusion.media},
-                 {pdi_media_row_list, &transport.diffusion.media}, {pdi_compact_list, &transport.compact},
-                 {pdi_multigrid_list, &transport.mg}, {pdi_krylov_list, &transport.krylov},
+                 {pdi_media_row_list, &transport.diffusion.media}, {pdi_compact_list, &transport.inverse.compact},
+                 {pdi_multigrid_list, &transport.inverse.mg}, {pdi_krylov_list, &transport.krylov},
                  {pdi_bond_row_list, &bonds}};
     pd_ctx ctx;
     int count = (int)(sizeof lists / sizeof lists[0]);

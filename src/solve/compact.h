@@ -51,7 +51,7 @@ PDI_FN int pdi_compact_contrast(const int *n, const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
- * gives waves of all short lengths nearly the same (eq. 5.11). At least 0. */
+ * gives waves of all short lengths nearly the same (eq. 5.15). At least 0. */
 PDI_FN double pdi_compact_excess(const pd_stencil *stencil);
 /* Box cell of a node inside the box, and back. */
 PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i);

@@ -62,10 +62,10 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
                                     const float *mass);
 /* x = M^-1 rhs, one cycle from zero: a constant linear operator up to single precision rounding, symmetric positive
  * (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form: rounding is not linear.
- * rhs and x live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box are neither read nor
- * written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing. Before a successful
- * setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess 1995 (constant
- * transfers with rescaled coarse operators). */
+ * rhs and x, which may be the same, live on the padded lattice; x becomes 0 at inactive cells, nodes outside of the box
+ * are neither read nor written. A pocket without mass and wall gets a finite answer for any rhs. Allocates nothing.
+ * Before a successful setup it leaves x alone. Sources: Trottenberg, Oosterlee and Schueller 2001 (ch. 2, 5, 7); Braess
+ * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
 /* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */

@@ -30,8 +30,6 @@
 #define PDI_TRANSPORT_ROUGH 30.0
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
-/* Conductance of nodes that hold their concentration in the preconditioner, over that of their cell. */
-#define PDI_TRANSPORT_STIFF 1e6
 
 /* A copy with images. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
@@ -122,100 +120,14 @@ static void pdi_transport_jacobian(void *user, const double *x, double *y)
     pdi_transport_pin(t, y);
 }
 
-/* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
- * the preconditioner stays positive. */
-static double pdi_transport_own(const pd_transport *t, int32_t i)
-{
-    return 1.0 / t->dt + fmax(t->absorb[i] + (t->diffusion.wall_rate ? t->diffusion.wall_rate[i] : 0.0), 0.0);
-}
-
-/* S of eq. 5.11 at node i; *direct: tau S [s]. */
-static double pdi_transport_share(const pd_transport *t, int32_t i, double *direct)
-{
-    double diffusivity = t->diffusion.field ? t->diffusion.field[i] : t->desc.diffusivity;
-    double sum = diffusivity + t->excess * pdi_transport_own(t, i);
-    *direct = sum > 0.0 ? t->excess / sum : 0.0;
-    return sum > 0.0 ? diffusivity / sum : 1.0;
-}
-
-/* y = A^-1 x for the operator of wide families, as near as one cycle on the compact one comes (eq. 5.11). */
-static void pdi_transport_cycle(pd_ctx *ctx, pd_transport *t, const double *x, double *y)
-{
-    const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total * 4);
-    (void)nt;
-    if (!(t->excess > 0.0)) {
-        pdi_multigrid_cycle(ctx, &t->mg, x, y);
-        return;
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double direct;
-        if (kind[i] == PD_FLUID) y[i] = pdi_transport_share(t, i, &direct) * x[i];
-    }
-    pdi_multigrid_cycle(ctx, &t->mg, y, y);
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        double direct;
-        if (kind[i] != PD_FLUID) continue;
-        y[i] *= pdi_transport_share(t, i, &direct);
-        y[i] += direct * x[i];
-    }
-}
-
 static void pdi_transport_precondition(void *user, const double *x, double *y)
 {
     pdi_transport_user *u = (pdi_transport_user *)user;
-    pdi_transport_cycle(u->ctx, u->t, x, y);
+    pdi_inverse_apply(u->ctx, &u->t->inverse, x, y);
     pd_flux flux = u->t->flux;
     flux.rate = 1.0 / u->t->dt;
     for (int sweep = 0; sweep < 2 * u->t->sweeping; sweep++) pdi_flux_relax(&flux, x, sweep & 1, y);
     pdi_transport_pin(u->t, y);
-}
-
-/* What holds the concentrations of the cells, for the preconditioner: the time, the lines of the law, held walls. */
-static void pdi_transport_hold(const pd_transport *t, float *mass)
-{
-    const pd_grid *grid = t->grid;
-    for (int32_t node = 0; node < grid->total; node++) {
-        int i[PD_DIM];
-        double direct, own = pdi_transport_own(t, node), around = pdi_grid_circumference(grid, node);
-        if (grid->kind[node] != PD_FLUID) continue;
-        pdi_grid_index(grid, node, i);
-        int64_t cell = pdi_compact_cell(grid, i);
-        if (t->flow) mass[cell] += (float)(around * (own - 1.0 / t->dt));
-        else mass[cell] = (float)(around * own * pdi_transport_share(t, node, &direct));
-    }
-    for (int32_t k = 0; k < t->pinned_count; k++) {
-        int i[PD_DIM];
-        pdi_grid_index(grid, t->pinned[k], i);
-        mass[pdi_compact_cell(grid, i)] *= (float)PDI_TRANSPORT_STIFF;
-    }
-}
-
-static pd_status pdi_transport_setup(pd_ctx *ctx, pd_transport *t)
-{
-    pdi_compact_faces faces;
-    pdi_compact_convection convection;
-    double spread[PD_DIM * PD_DIM];
-    pd_compact *c = &t->compact;
-    /* at rest later stages of a step differ by what holds the nodes alone */
-    int again = !t->flow && t->prepared && t->prepared_dt >= t->dt && t->prepared_dt <= t->dt;
-    faces.closed = faces.outlet = 0;
-    faces.inlet = 1;
-    pdi_compact_upwind(t->bonds->stencil, t->desc.advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0,
-                         spread);
-    convection.u = t->flow ? t->flow->u : NULL;
-    convection.spread = spread;
-    if (!again)
-        pdi_compact_fill(ctx, t->desc.diffusivity, t->diffusion.field ? &t->diffusion.media : NULL, &convection,
-                         1.0 / t->dt, &faces, c);
-    pdi_transport_hold(t, c->mass);
-    if (again) return pdi_multigrid_mass(ctx, &t->mg, c->active, c->wall, c->mass);
-    t->prepared = 1;
-    t->prepared_dt = t->dt;
-    return pdi_multigrid_setup(ctx, &t->mg, c->active, (const float *const *)c->conduct,
-                               t->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
 }
 
 /* rhs = old/dt + source + carry/dt + anti at fluid nodes. */
@@ -550,7 +462,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     t->dt = dt;
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     pdi_transport_right_side(ctx, t);
-    PDI_TRY(pdi_transport_setup(ctx, t));
+    PDI_TRY(pdi_inverse_setup(ctx, &t->inverse, 1.0 / dt, t->pinned, t->pinned_count));
     pdi_transport_residual(ctx, t, t->work);
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
@@ -575,7 +487,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
@@ -680,7 +592,7 @@ static pd_status pdi_transport_holds(pd_ctx *ctx, const pd_transport *t)
 
 PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 {
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     if (!t->desc.clock) return PD_OK;
     pdi_transport_pass(t);
     *t->desc.clock = t->time = time;
@@ -692,7 +604,7 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time)
 pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
 {
     if (t->desc.given) return PD_OK;
-    t->prepared = 0;
+    t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
     pdi_diffusion_update(ctx, &t->diffusion);
     PDI_TRY(pdi_transport_inlets(ctx, t));
@@ -775,9 +687,6 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     pdi_transport_solvers(t, &kd, &md);
-    PDI_TRY(pdi_compact_build(ctx, grid, flow != NULL, &t->compact));
-    t->excess = flow ? 0.0 : pdi_compact_excess(bonds->stencil);
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &t->mg));
     PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
@@ -799,7 +708,10 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     t->flux.conductance.rests = pdi_transport_rests(t);
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
-    return pdi_flux_build(ctx, &t->flux);
+    PDI_TRY(pdi_flux_build(ctx, &t->flux));
+    t->inverse.flux = &t->flux;
+    t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
+    return pdi_inverse_build(ctx, &md, &t->inverse);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -823,8 +735,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
-    pdi_compact_free(ctx, &t->compact);
-    pdi_multigrid_free(ctx, &t->mg);
+    pdi_inverse_free(ctx, &t->inverse);
     pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
     memset(t, 0, sizeof *t);

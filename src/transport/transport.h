@@ -10,10 +10,8 @@
 #define PD_TRANSPORT_H
 #include "solve/process.h"
 #include "solve/krylov.h"
-#include "solve/multigrid.h"
-#include "solve/compact.h"
-#include "transport/flux.h"
 #include "transport/bounds.h"
+#include "transport/inverse.h"
 
 typedef enum pd_advection {
     PD_ADVECTION_LIMITED = 0, /* second order where smooth */
@@ -73,12 +71,8 @@ typedef struct pd_transport {
     int32_t pinned_count;
     int rough;              /* 1: a stage may end above its tolerance, once it has gained what the last one did */
     double first;           /* [mol/m3/s] residual that the last stage of the step began with; 0: there was none */
-    int prepared;           /* 1: the preconditioner is that of this step, */
-    double prepared_dt;     /* [s] and of this length */
     double dt;              /* [s] of the step in work; 0: none */
-    double excess;          /* [m2] tau D of eq. 5.11; 0 with a flow */
-    pd_compact compact;
-    pd_multigrid mg;
+    pd_inverse inverse;
     pd_krylov krylov;
     double outflow;         /* [mol/s] (per m in planar 2D) through outlets and into held walls at the end of the last
                              * step */

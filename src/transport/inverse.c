@@ -1,0 +1,112 @@
+/* inverse: see inverse.h */
+#include "transport/inverse.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Conductance of nodes that hold their concentration, over that of their cell. */
+#define PDI_INVERSE_STIFF 1e6
+
+PDI_COLD_BEGIN
+PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
+{
+    const pd_flow *flow = v->flux->flow;
+    v->excess = flow ? 0.0 : pdi_compact_excess(v->flux->bonds->stencil);
+    PDI_TRY(pdi_compact_build(ctx, v->flux->bonds->grid, flow != NULL, &v->compact));
+    return pdi_multigrid_build(ctx, desc, &v->mg);
+}
+
+PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v)
+{
+    pdi_compact_free(ctx, &v->compact);
+    pdi_multigrid_free(ctx, &v->mg);
+}
+PDI_COLD_END
+
+/* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
+ * the preconditioner stays positive. */
+static double pdi_inverse_own(const pd_inverse *v, int32_t i)
+{
+    const double *hold = v->flux->diffusion->wall_rate;
+    return v->rate + fmax(v->flux->absorb[i] + (hold ? hold[i] : 0.0), 0.0);
+}
+
+/* S of eq. 5.15 at node i; *direct: tau S [s]. */
+static double pdi_inverse_share(const pd_inverse *v, int32_t i, double *direct)
+{
+    const pd_diffusion *d = v->flux->diffusion;
+    double diffusivity = d->field ? d->field[i] : d->desc.diffusivity;
+    double sum = diffusivity + v->excess * pdi_inverse_own(v, i);
+    *direct = sum > 0.0 ? v->excess / sum : 0.0;
+    return sum > 0.0 ? diffusivity / sum : 1.0;
+}
+
+/* What holds the concentrations of the cells: the time, the lines of the law, held walls. */
+static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinned_count)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    float *mass = v->compact.mass;
+    int i[PD_DIM];
+    for (int32_t node = 0; node < grid->total; node++) {
+        if (grid->kind[node] != PD_FLUID) continue;
+        double direct, own = pdi_inverse_own(v, node), around = pdi_grid_circumference(grid, node);
+        pdi_grid_index(grid, node, i);
+        int64_t cell = pdi_compact_cell(grid, i);
+        if (v->flux->flow) mass[cell] += (float)(around * (own - v->rate));
+        else mass[cell] = (float)(around * own * pdi_inverse_share(v, node, &direct));
+    }
+    for (int32_t k = 0; k < pinned_count; k++) {
+        pdi_grid_index(grid, pinned[k], i);
+        mass[pdi_compact_cell(grid, i)] *= (float)PDI_INVERSE_STIFF;
+    }
+}
+
+PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
+                                   int32_t pinned_count)
+{
+    const pd_flux *flux = v->flux;
+    const pd_diffusion *d = flux->diffusion;
+    pdi_compact_faces faces;
+    pdi_compact_convection convection;
+    double spread[PD_DIM * PD_DIM];
+    pd_compact *c = &v->compact;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
+    v->rate = rate;
+    faces.closed = faces.outlet = 0;
+    faces.inlet = 1;
+    pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
+    convection.u = flux->flow ? flux->flow->u : NULL;
+    convection.spread = spread;
+    if (!again)
+        pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, rate, &faces, c);
+    pdi_inverse_hold(v, pinned, pinned_count);
+    if (again) return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+    v->fresh = 1;
+    return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
+                               flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    int nt = pdi_par_threads(ctx, grid->total * 4);
+    (void)nt;
+    if (!(v->excess > 0.0)) {
+        pdi_multigrid_cycle(ctx, &v->mg, x, y);
+        return;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        double direct;
+        if (grid->kind[i] == PD_FLUID) y[i] = pdi_inverse_share(v, i, &direct) * x[i];
+    }
+    pdi_multigrid_cycle(ctx, &v->mg, y, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        double direct;
+        if (grid->kind[i] != PD_FLUID) continue;
+        y[i] *= pdi_inverse_share(v, i, &direct);
+        y[i] += direct * x[i];
+    }
+}
