@@ -108,7 +108,7 @@ static void pdi_gas_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *o
 }
 
 /* Ghosts of the primitive states, and of their gradients when they are there. */
-static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
+PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
     int64_t total = gas->grid->total;
@@ -255,8 +255,8 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
 }
 
 /* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
-static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
-                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
+PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
+                                  const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
 {
     double inner = 1.0 / (gas->desc.gamma - 1.0);
     for (int b = 0; b < count; b++) {
@@ -354,6 +354,7 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+PDI_COLD_BEGIN
 /* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
  * and slopes of the rates: out [2], in [2]. */
 static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
@@ -382,6 +383,7 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
         }
     }
 }
+PDI_COLD_END
 
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
