@@ -361,25 +361,23 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
 {
     const pd_bonds *bonds = gas->bonds;
     const pd_stencil *s = bonds->stencil;
+    const double *p = gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total;
     out[0] = out[1] = in[0] = in[1] = 0.0;
     for (int32_t o = 0; o < gas->opens; o++) {
-        double sum[PD_GAS_FIELDS][PDI_PIECE], n[PD_DIM];
+        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, n[PD_DIM];
         int32_t i = gas->open[o], row = bonds->row[i];
         pdi_gas_face face;
-        memset(sum, 0, sizeof sum);
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]])) continue;
-            if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]) || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                continue;
             double weight = pdi_gas_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
             pdi_gas_waves(gas, n, 1, &face);
-            pdi_gas_hllc(gas, n, weight, gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total + i, 1, NULL, &face,
-                         sum);
+            pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
         }
         for (int k = 0; k < 2; k++) {
             double passes = sum[k ? PDI_GAS_P : 0][0] * s->volume;
-            if (passes > 0.0) out[k] += passes;
-            else in[k] -= passes;
+            *(passes > 0.0 ? out + k : in + k) += fabs(passes);
         }
     }
 }
