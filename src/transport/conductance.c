@@ -3,7 +3,6 @@
 #include "core/par.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
 {
@@ -18,13 +17,6 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
         if (pdi_grid_port(grid->side[2 * d + upper])) fraction = fmin(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
-}
-
-PDI_FN void pdi_conductance_gather(const pd_conductance *c, int32_t row, int k, int count, double *space)
-{
-    int first = PDI_CONDUCTANCE_PAGE - row % PDI_CONDUCTANCE_PAGE;
-    memcpy(space, pdi_conductance_place(c, row, k), (size_t)first * sizeof(double));
-    memcpy(space + first, pdi_conductance_place(c, row + first, k), (size_t)(count - first) * sizeof(double));
 }
 
 /* Element `row` of shut. */

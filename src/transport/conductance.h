@@ -33,8 +33,6 @@ static inline double *pdi_conductance_place(const pd_conductance *c, int32_t row
     int64_t page = row / PDI_CONDUCTANCE_PAGE;
     return c->bond + (page * c->bonds->stencil->count + k) * PDI_CONDUCTANCE_PAGE + row % PDI_CONDUCTANCE_PAGE;
 }
-/* space: those of bond k of `count` rows from `row`, which stand on two pages. */
-PDI_FN PDI_ONCE void pdi_conductance_gather(const pd_conductance *c, int32_t row, int k, int count, double *space);
 /* Those of bond k of `count` nodes: rows from `row`, or nodes with whole families (-1). `space`: room for what does not
  * stand together. */
 static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t i, int32_t row, int k, int count,
@@ -42,10 +40,8 @@ static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t 
 {
     if (row >= 0 && row % PDI_CONDUCTANCE_PAGE + count <= PDI_CONDUCTANCE_PAGE)
         return pdi_conductance_place(c, row, k);
-    if (row >= 0) {
-        pdi_conductance_gather(c, row, k, count, space);
-        return space;
-    }
+    for (int b = 0; b < count && row >= 0; b++) space[b] = *pdi_conductance_place(c, row + b, k);
+    if (row >= 0) return space;
     if (c->diffusion->field) {
         pdi_diffusion_bond(c->diffusion, i, k, count, 0, space);
         return space;
