@@ -1831,10 +1831,11 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                               int32_t first, int32_t count);
+PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                        int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour);
+PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                         int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
 PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
 #endif
@@ -7314,7 +7315,7 @@ PDI_FN double pdi_sum_total(const pdi_sum *s) { return s->sum + s->carry; }
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>core/rng.c ======== */
@@ -7382,6 +7383,14 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
     pair[0] = radius * cos(angle);
     pair[1] = radius * sin(angle);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>lattice/shape.c ======== */
 /* shape: see shape.h
@@ -8979,14 +8988,6 @@ PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *s, int component
 {
     pdi_span_copy(ctx, s, components, packed, full, 0);
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#endif
 
 /* ======== >>lattice/ghost.c ======== */
 /* ghost: see ghost.h */
@@ -9356,6 +9357,11 @@ PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#endif
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
 
 /* ======== >>lattice/bond.c ======== */
@@ -10110,6 +10116,9 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     memset(b, 0, sizeof *b);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -10971,6 +10980,11 @@ PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
 #pragma GCC pop_options
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>lattice/line.c ======== */
 /* line: see line.h
  *
@@ -11413,6 +11427,9 @@ pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffus
     pdi_op_apply(ctx, &w, pdi_op_diffuse_whole, pdi_op_diffuse_cut);
     return PD_OK;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -11838,6 +11855,11 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #pragma GCC pop_options
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>lattice/reconstruct.c ======== */
 /* reconstruct: see reconstruct.h */
 #include <math.h>
@@ -12092,10 +12114,13 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>solve/krylov.c ======== */
@@ -12720,6 +12745,11 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 #pragma GCC pop_options
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>solve/smoother.c ======== */
 /* smoother: see smoother.h
  *
@@ -12737,7 +12767,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 #define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
@@ -13050,6 +13080,9 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #undef PDI_SMOOTHER_SLAB_PLANES
 #undef PDI_SMOOTHER_SLAB_CELLS
 #undef PDI_SMOOTHER_BLOCK
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -13471,6 +13504,11 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 #pragma GCC pop_options
 #endif
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>solve/multigrid.c ======== */
 /* multigrid: see multigrid.h
  *
@@ -13603,8 +13641,8 @@ static int pdi_multigrid_good(float value, int sign_free)
 }
 
 /* Raises *largest to the largest size in a field. */
-static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
-                                     const char *name, float *largest)
+PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
+                                              const char *name, float *largest)
 {
     float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
@@ -13895,10 +13933,13 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
             x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
     }
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("O1")
 #endif
 
 /* ======== >>solve/compact.c ======== */
@@ -14650,6 +14691,11 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid)
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>flow/flow.c ======== */
 /* flow: see flow.h
  *
@@ -14928,7 +14974,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
         pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
-/* The open bonds of the rows from r. Bonds to inlets carry no pressure. */
+/* The open bonds of the rows from r; all of whole families (-1). Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
@@ -14947,8 +14993,7 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
 PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
                           pdi_flow_own *own, pdi_flow_sums *sums)
 {
-    if (row < 0) pdi_flow_whole(flow, t, i, count, own, sums);
-    else pdi_flow_cut(flow, t, i, row, count, own, sums);
+    pdi_flow_cut(flow, t, i, row, count, own, sums);
 }
 
 /* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the
@@ -15440,7 +15485,7 @@ typedef struct pdi_jacobian_view {
     int64_t total;
 } pdi_jacobian_view;
 
-static inline pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
+PDI_INLINE pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
 {
     pdi_jacobian_view v;
     v.total = q->flow->grid->total;
@@ -15517,7 +15562,7 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
 }
 
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
- * inlets carry no pressure. Inlined with constants for `count`. */
+ * inlets carry no pressure. Inlined with a constant for `count`. */
 PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
@@ -15578,8 +15623,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     enum { whole = PDI_JACOBIAN_BLOCK };
     pdi_jacobian_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
-    else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
+    if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
     else pdi_jacobian_few(q, i, row, count, &sums);
     double weight = 0.5 * flow->stabilisation * rate * rate;
     for (int b = 0; b < count; b++)
@@ -15681,6 +15725,9 @@ PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *q)
     memset(q, 0, sizeof *q);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -16310,6 +16357,17 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) dp[i] += rough * r[i] + q[i];
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
 
 /* ======== >>flow/steady.c ======== */
 /* steady: see steady.h */
@@ -18005,6 +18063,11 @@ PDI_COLD_END
 
 #if !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
 /* ======== >>flow/gas.c ======== */
 /* gas: see gas.h
  *
@@ -18113,7 +18176,7 @@ static void pdi_gas_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *o
 }
 
 /* Ghosts of the primitive states, and of their gradients when they are there. */
-static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
+PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
     int64_t total = gas->grid->total;
@@ -18260,8 +18323,8 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
 }
 
 /* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
-static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
-                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
+PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
+                                  const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
 {
     double inner = 1.0 / (gas->desc.gamma - 1.0);
     for (int b = 0; b < count; b++) {
@@ -18359,34 +18422,34 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+PDI_COLD_BEGIN
 /* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
  * and slopes of the rates: out [2], in [2]. */
 static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
 {
     const pd_bonds *bonds = gas->bonds;
     const pd_stencil *s = bonds->stencil;
+    const double *p = gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total;
     out[0] = out[1] = in[0] = in[1] = 0.0;
     for (int32_t o = 0; o < gas->opens; o++) {
-        double sum[PD_GAS_FIELDS][PDI_PIECE], n[PD_DIM];
+        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, n[PD_DIM];
         int32_t i = gas->open[o], row = bonds->row[i];
         pdi_gas_face face;
-        memset(sum, 0, sizeof sum);
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]])) continue;
-            if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]) || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                continue;
             double weight = pdi_gas_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
             pdi_gas_waves(gas, n, 1, &face);
-            pdi_gas_hllc(gas, n, weight, gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total + i, 1, NULL, &face,
-                         sum);
+            pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
         }
         for (int k = 0; k < 2; k++) {
             double passes = sum[k ? PDI_GAS_P : 0][0] * s->volume;
-            if (passes > 0.0) out[k] += passes;
-            else in[k] -= passes;
+            *(passes > 0.0 ? out + k : in + k) += fabs(passes);
         }
     }
 }
+PDI_COLD_END
 
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
@@ -18792,6 +18855,9 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
     memset(gas, 0, sizeof *gas);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -19303,6 +19369,11 @@ PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>transport/conductance.c ======== */
 /* conductance: see conductance.h */
@@ -20417,6 +20488,9 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     memset(&t->conductance, 0, sizeof t->conductance);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -23325,8 +23399,9 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    entry.count = 1;
-    if (pdi_metal_bonds(d)) {
+    if (pdi_metal_bonds(d)) { /* a node and no more */
+        memset(&entry, 0, sizeof entry);
+        entry.count = 1;
         for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
             entry.node[0] = d->reach[r].node;
             pdi_interface_enter(d, j, d->reach[r].bond, &entry, 0);
@@ -23343,7 +23418,7 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond);
 
 /* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
-static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
+PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
     const pd_stencil *s = d->bonds->stencil;
     pdi_entry entry;

@@ -11,7 +11,8 @@
  * Two other lines of MODULES, behind those of the rooms:
  *   cut MACRO: ROOM...          the macro leaves these rooms out; refused when a room that stays uses one of them
  *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
- *                               N: g, 1 or 2; of two lines that name a module the later one counts
+ *                               N: g, 1 or 2; 3: all but the passes that loops of vectors do not gain from; of two
+ *                               lines that name a module the later one counts
  */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
@@ -176,7 +177,7 @@ static int read_mark(const char *src, const char *line, const char *end)
 {
     char name[NAME_SIZE];
     int size = 0;
-    if (strncmp(line, "cold ", 5) == 0 && line[5] && strchr("g12", line[5]) && line[6] == ':') {
+    if (strncmp(line, "cold ", 5) == 0 && line[5] && strchr("g123", line[5]) && line[6] == ':') {
         mark_modules(src, line + 7, end, -1, line[5]);
         return 1;
     }
@@ -381,9 +382,12 @@ static void open_guards(text *out, const module *m, int sources)
             snprintf(line + strlen(line), sizeof line - strlen(line), "%s !defined(%s)", line[4] ? " &&" : "",
                      cuts[cut]);
     if (m->cuts) append_line(out, "%s", line);
-    if (sources && m->level)
-        append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options\n#pragma GCC optimize (\"O%c\")\n#endif",
-                    m->level);
+    if (!sources || !m->level) return;
+    append_line(out, "\n#ifdef PDI_COLD\n#pragma GCC push_options");
+    if (m->level == '3')
+        append_line(out, "#pragma GCC optimize (\"no-gcse-after-reload\", \"no-schedule-insns2\", \"no-split-paths\")");
+    else append_line(out, "#pragma GCC optimize (\"O%c\")", m->level);
+    append_line(out, "#endif");
 }
 
 /* All headers, or all sources. */

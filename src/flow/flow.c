@@ -279,7 +279,7 @@ PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int
         pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
-/* The open bonds of the rows from r. Bonds to inlets carry no pressure. */
+/* The open bonds of the rows from r; all of whole families (-1). Bonds to inlets carry no pressure. */
 PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
                              pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
 {
@@ -298,8 +298,7 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
 PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
                           pdi_flow_own *own, pdi_flow_sums *sums)
 {
-    if (row < 0) pdi_flow_whole(flow, t, i, count, own, sums);
-    else pdi_flow_cut(flow, t, i, row, count, own, sums);
+    pdi_flow_cut(flow, t, i, row, count, own, sums);
 }
 
 /* `count` consecutive nodes from i: the rows from `row`, or nodes with whole families (-1). The wall enters the

@@ -108,7 +108,7 @@ static void pdi_gas_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *o
 }
 
 /* Ghosts of the primitive states, and of their gradients when they are there. */
-static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
+PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
     int64_t total = gas->grid->total;
@@ -255,8 +255,8 @@ static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas
 }
 
 /* Add `weight` times the flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19, 4.20). */
-static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
-                         const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
+PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
+                                  const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
 {
     double inner = 1.0 / (gas->desc.gamma - 1.0);
     for (int b = 0; b < count; b++) {
@@ -354,34 +354,34 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
 }
 
+PDI_COLD_BEGIN
 /* Mass and energy [kg/s], [J/s] (1D: per m2; 2D: per m) that bonds carry out through open sides and in, by the states
  * and slopes of the rates: out [2], in [2]. */
 static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
 {
     const pd_bonds *bonds = gas->bonds;
     const pd_stencil *s = bonds->stencil;
+    const double *p = gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total;
     out[0] = out[1] = in[0] = in[1] = 0.0;
     for (int32_t o = 0; o < gas->opens; o++) {
-        double sum[PD_GAS_FIELDS][PDI_PIECE], n[PD_DIM];
+        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, n[PD_DIM];
         int32_t i = gas->open[o], row = bonds->row[i];
         pdi_gas_face face;
-        memset(sum, 0, sizeof sum);
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]])) continue;
-            if (row >= 0 && !pdi_bond_open(bonds, row, k)) continue;
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]) || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                continue;
             double weight = pdi_gas_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
             pdi_gas_waves(gas, n, 1, &face);
-            pdi_gas_hllc(gas, n, weight, gas->primitive + (int64_t)PDI_GAS_P * gas->grid->total + i, 1, NULL, &face,
-                         sum);
+            pdi_gas_hllc(gas, n, weight, p + i, 1, NULL, &face, sum);
         }
         for (int k = 0; k < 2; k++) {
             double passes = sum[k ? PDI_GAS_P : 0][0] * s->volume;
-            if (passes > 0.0) out[k] += passes;
-            else in[k] -= passes;
+            *(passes > 0.0 ? out + k : in + k) += fabs(passes);
         }
     }
 }
+PDI_COLD_END
 
 /* Sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
 static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)

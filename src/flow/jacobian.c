@@ -34,7 +34,7 @@ typedef struct pdi_jacobian_view {
     int64_t total;
 } pdi_jacobian_view;
 
-static inline pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
+PDI_INLINE pdi_jacobian_view pdi_jacobian_look(const pd_jacobian *q, int64_t node)
 {
     pdi_jacobian_view v;
     v.total = q->flow->grid->total;
@@ -111,7 +111,7 @@ PDI_INLINE void pdi_jacobian_bond(const pdi_jacobian_own *PD_RESTRICT own, const
 }
 
 /* All bonds of `count` nodes from i: of whole families (row -1), or those that the rows from `row` have open. Bonds to
- * inlets carry no pressure. Inlined with constants for `count`. */
+ * inlets carry no pressure. Inlined with a constant for `count`. */
 PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, int count,
                                  pdi_jacobian_sums *PD_RESTRICT sums)
 {
@@ -172,8 +172,7 @@ static void pdi_jacobian_run(const void *user, int32_t i, int32_t row, int32_t c
     enum { whole = PDI_JACOBIAN_BLOCK };
     pdi_jacobian_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0) pdi_jacobian_sum(q, i, -1, whole, &sums);
-    else if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
+    if (count == whole) pdi_jacobian_sum(q, i, row, whole, &sums);
     else pdi_jacobian_few(q, i, row, count, &sums);
     double weight = 0.5 * flow->stabilisation * rate * rate;
     for (int b = 0; b < count; b++)

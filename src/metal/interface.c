@@ -181,8 +181,9 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    entry.count = 1;
-    if (pdi_metal_bonds(d)) {
+    if (pdi_metal_bonds(d)) { /* a node and no more */
+        memset(&entry, 0, sizeof entry);
+        entry.count = 1;
         for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
             entry.node[0] = d->reach[r].node;
             pdi_interface_enter(d, j, d->reach[r].bond, &entry, 0);
@@ -199,7 +200,7 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond);
 
 /* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
-static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
+PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
     const pd_stencil *s = d->bonds->stencil;
     pdi_entry entry;

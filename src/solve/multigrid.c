@@ -132,8 +132,8 @@ static int pdi_multigrid_good(float value, int sign_free)
 }
 
 /* Raises *largest to the largest size in a field. */
-static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
-                                     const char *name, float *largest)
+PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
+                                              const char *name, float *largest)
 {
     float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;

@@ -16,7 +16,7 @@
 #define PDI_SMOOTHER_BLOCK 256
 
 /* sum over links of a x */
-static inline float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)

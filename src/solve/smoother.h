@@ -83,10 +83,11 @@ static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine,
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* A job on count cells from `first`, in any order. */
-PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
-                               int32_t first, int32_t count);
+PDI_FN PDI_ONCE void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                        int32_t first, int32_t count);
 /* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour);
+PDI_FN PDI_ONCE void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job,
+                                         int colour);
 /* Gauss-Seidel forth and back along every line, ascending or descending. */
 PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending);
 #endif
