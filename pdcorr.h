@@ -3084,11 +3084,12 @@ typedef struct pdi_rest {
     const pd_conductance *conductance; /* that `rests` */
     double rate;                       /* [1/s] */
     const double *absorb, *hold;       /* [total] [1/s]; hold: may be NULL */
+    const double *plain;               /* [total] what a node has; x may be less a constant */
     int exact;                         /* 1: sums over all nodes are those of `rate`, `absorb` and `hold` but for
                                         * rounding of what bonds carry; 0: of what nodes hold, and faster */
 } pdi_rest;
-/* y [total] = (rate + absorb + hold) x + what leaves each fluid node through its bonds [1/s times x]. x [total] has its
- * images, and unless `exact` 0 in metal and walls. There are no inlets and outlets. */
+/* y [total] = (rate + absorb + hold) plain + what leaves each fluid node through its bonds [1/s times x]. x [total] has
+ * its images, and unless `exact` 0 in metal and walls. There are no inlets and outlets. */
 PDI_FN void pdi_rest_apply(const pd_ctx *ctx, const pdi_rest *rest, const double *x, double *y);
 #endif
 
@@ -3152,6 +3153,8 @@ typedef struct pd_flux {
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest */
     pd_conductance conductance;    /* of the bonds of rows */
+    const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
+                                    * constant; else NULL */
     int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */
@@ -19592,9 +19595,10 @@ static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t lengt
     if (row >= 0) pdi_rest_rows(c, x, row, length, rest->exact, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
-        if (row < 0) y[b] = own * x[b] - diffusivity * y[b];
-        else if (bonds) y[b] = own * x[b] + sum[b];
-        else y[b] = (own - c->shut[row + b]) * x[b] - diffusivity * y[b] + sum[b];
+        double held = own * rest->plain[i + b];
+        if (row < 0) y[b] = held - diffusivity * y[b];
+        else if (bonds) y[b] = held + sum[b];
+        else y[b] = held - c->shut[row + b] * x[b] - diffusivity * y[b] + sum[b];
     }
 }
 
@@ -20305,6 +20309,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         rest.rate = t->rate;
         rest.absorb = t->absorb;
         rest.hold = t->diffusion->wall_rate;
+        rest.plain = t->plain ? t->plain : c;
         rest.exact = t->exact;
         pdi_rest_apply(ctx, &rest, c, y);
         return;
@@ -20706,16 +20711,37 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* A copy with images. Metal and walls have no concentration where sweeps go over them. */
+/* Mean of a field over the fluid. */
+static double pdi_transport_mean(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    enum { parts = 64 };
+    double part[parts], sum = 0.0;
+    const uint8_t *kind = t->grid->kind;
+    int64_t total = t->grid->total;
+    int nt = pdi_par_threads(ctx, total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        part[q] = 0.0;
+        for (int64_t i = total * q / parts; i < total * (q + 1) / parts; i++)
+            part[q] += kind[i] == PD_FLUID ? c[i] : 0.0;
+    }
+    for (int q = 0; q < parts; q++) sum += part[q];
+    return t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
+}
+
+/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
+ * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total);
+    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
+    double mean = rests ? pdi_transport_mean(ctx, t, c) : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = t->flux.conductance.rests && none ? 0.0 : c[i];
+        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -20726,6 +20752,7 @@ static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const 
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     flux.exact = exact;
+    flux.plain = t->flux.conductance.rests ? c : NULL;
     if (t->repeated) pdi_transport_repeat(ctx, t, c);
     pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
@@ -21142,7 +21169,9 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
-    if (t->rough) atol = fmax(atol, first * pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0));
+    /* the limiter turns what is left of linear systems into other fluxes */
+    double loose = t->flow ? PDI_TRANSPORT_TIGHT : pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0);
+    if (t->rough) atol = fmax(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;

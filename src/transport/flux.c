@@ -429,6 +429,7 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         rest.rate = t->rate;
         rest.absorb = t->absorb;
         rest.hold = t->diffusion->wall_rate;
+        rest.plain = t->plain ? t->plain : c;
         rest.exact = t->exact;
         pdi_rest_apply(ctx, &rest, c, y);
         return;

@@ -23,6 +23,8 @@ typedef struct pd_flux {
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
                                     * anew takes no longer than reading them, and for fluid at rest */
     pd_conductance conductance;    /* of the bonds of rows */
+    const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
+                                    * constant; else NULL */
     int exact;                     /* 1: `pdi_flux_apply` keeps amounts but for rounding of what bonds carry */
     double *boundary_flux;         /* [boundary_capacity][count] [1/s] volume fluxes of the bonds of nodes beside inlets
                                     * and outlets */

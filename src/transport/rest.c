@@ -73,9 +73,10 @@ static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t lengt
     if (row >= 0) pdi_rest_rows(c, x, row, length, rest->exact, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
-        if (row < 0) y[b] = own * x[b] - diffusivity * y[b];
-        else if (bonds) y[b] = own * x[b] + sum[b];
-        else y[b] = (own - c->shut[row + b]) * x[b] - diffusivity * y[b] + sum[b];
+        double held = own * rest->plain[i + b];
+        if (row < 0) y[b] = held - diffusivity * y[b];
+        else if (bonds) y[b] = held + sum[b];
+        else y[b] = held - c->shut[row + b] * x[b] - diffusivity * y[b] + sum[b];
     }
 }
 

@@ -31,16 +31,37 @@
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* A copy with images. Metal and walls have no concentration where sweeps go over them. */
+/* Mean of a field over the fluid. */
+static double pdi_transport_mean(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    enum { parts = 64 };
+    double part[parts], sum = 0.0;
+    const uint8_t *kind = t->grid->kind;
+    int64_t total = t->grid->total;
+    int nt = pdi_par_threads(ctx, total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        part[q] = 0.0;
+        for (int64_t i = total * q / parts; i < total * (q + 1) / parts; i++)
+            part[q] += kind[i] == PD_FLUID ? c[i] : 0.0;
+    }
+    for (int q = 0; q < parts; q++) sum += part[q];
+    return t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
+}
+
+/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
+ * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total);
+    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
+    double mean = rests ? pdi_transport_mean(ctx, t, c) : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = t->flux.conductance.rests && none ? 0.0 : c[i];
+        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -51,6 +72,7 @@ static void pdi_transport_sweep(const pd_ctx *ctx, const pd_transport *t, const 
     pd_flux flux = t->flux;
     flux.rate = t->dt > 0.0 ? 1.0 / t->dt : 0.0;
     flux.exact = exact;
+    flux.plain = t->flux.conductance.rests ? c : NULL;
     if (t->repeated) pdi_transport_repeat(ctx, t, c);
     pdi_flux_apply(ctx, &flux, t->repeated ? t->repeated : c, y);
 }
@@ -467,7 +489,9 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pdi_transport_pin(t, t->work);
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
-    if (t->rough) atol = fmax(atol, first * pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0));
+    /* the limiter turns what is left of linear systems into other fluxes */
+    double loose = t->flow ? PDI_TRANSPORT_TIGHT : pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0);
+    if (t->rough) atol = fmax(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
