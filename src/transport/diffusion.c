@@ -14,7 +14,7 @@
 #define PDI_DIFFUSION_LEAST 0.25
 #define PDI_DIFFUSION_MOST 8.0
 /* Tensors and normals are kept in parts of 1. */
-#define PDI_DIFFUSION_PARTS 1048576.0
+#define PDI_DIFFUSION_PARTS 16777216.0
 
 /* (xi xi^T) packed as xx, xy, yy, xz, yz, zz. */
 static void pdi_diffusion_pack(const double *xi, double *packed)
