@@ -51,8 +51,8 @@ cpu() {
 }
 
 # costs TIMES COMMAND...: a compilation takes at most so many times the processor seconds that those of amalgamate and
-# lint take together, 0.5 s where docs/performance.md is measured. A slow machine or a shared core slows all of them, but
-# not at the same moment: one of three turns has to do.
+# lint take together, 0.5 s where docs/performance.md is measured. A slow machine or a shared core slows all of them,
+# but not at the same moment: one of three turns has to do.
 costs() {
     most=$1
     shift
