@@ -1665,6 +1665,7 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
  */
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
+#include <math.h>
 
 /* y = A x or y = M^-1 x; x and y never alias. */
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
@@ -1722,6 +1723,15 @@ typedef struct pd_krylov_result {
 } pd_krylov_result;
 
 #ifdef PDI_INTERNAL
+/* Tolerances of the linear solves of Newton's method. */
+#define PDI_KRYLOV_LOOSE 0.1
+#define PDI_KRYLOV_TIGHT 1e-3
+/* How well a linear system is solved when the last step has left that share of the residual (Eisenstat and Walker 1996,
+ * choice 2). */
+static inline double pdi_krylov_forcing(double left)
+{
+    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+}
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
@@ -16840,10 +16850,9 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     else if (bend > PDI_STEADY_BEND) path->boost *= fmin(2.0 * bend / PDI_STEADY_BEND, 10.0);
     else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = fmax(path->least, path->boost * 0.5);
     if (!taken) return PD_OK;
-    /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
-    double share = path->norm / norm;
-    path->forcing = fmax(0.9 * share * share, PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
-    path->forcing = fmin(0.1, fmax(1e-3, path->forcing));
+    /* no better than asked for */
+    path->forcing = fmax(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
+    path->forcing = fmin(PDI_KRYLOV_LOOSE, path->forcing);
     return PD_OK;
 }
 
@@ -20689,9 +20698,6 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
-/* Tolerances of the linear solves of Newton's method. */
-#define PDI_TRANSPORT_LOOSE 0.1
-#define PDI_TRANSPORT_TIGHT 1e-3
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
 #define PDI_TRANSPORT_MISSED 10.0
 #define PDI_TRANSPORT_SWEEPS 64
@@ -21060,13 +21066,6 @@ static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, con
     return pdi_transport_evaluate(ctx, t);
 }
 
-/* How well a linear system is solved, when the last step has left that share of the residual (Eisenstat and Walker
- * 1996, choice 2). */
-static double pdi_transport_forcing(double left)
-{
-    return fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * left * left));
-}
-
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
  * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
  * residual is halved. */
@@ -21074,7 +21073,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
 {
     pdi_transport_user user;
     pd_krylov_result linear;
-    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
@@ -21083,7 +21082,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
                                   delta, &linear);
@@ -21096,7 +21095,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = pdi_transport_forcing(norm / before);
+        loose = pdi_krylov_forcing(norm / before);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
@@ -21170,7 +21169,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
     /* the limiter turns what is left of linear systems into other fluxes */
-    double loose = t->flow ? PDI_TRANSPORT_TIGHT : pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0);
+    double loose = t->flow ? PDI_KRYLOV_TIGHT : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
     if (t->rough) atol = fmax(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;

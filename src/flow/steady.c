@@ -468,10 +468,9 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     else if (bend > PDI_STEADY_BEND) path->boost *= fmin(2.0 * bend / PDI_STEADY_BEND, 10.0);
     else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = fmax(path->least, path->boost * 0.5);
     if (!taken) return PD_OK;
-    /* Eisenstat and Walker 1996, choice 2: solve as well as the last step predicts, no better than asked for */
-    double share = path->norm / norm;
-    path->forcing = fmax(0.9 * share * share, PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
-    path->forcing = fmin(0.1, fmax(1e-3, path->forcing));
+    /* no better than asked for */
+    path->forcing = fmax(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / fmax(result->excess, 1.0));
+    path->forcing = fmin(PDI_KRYLOV_LOOSE, path->forcing);
     return PD_OK;
 }
 

@@ -7,6 +7,7 @@
 #define PD_KRYLOV_H
 #include "core/owner.h"
 #include "lattice/span.h"
+#include <math.h>
 
 /* y = A x or y = M^-1 x; x and y never alias. */
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
@@ -64,6 +65,15 @@ typedef struct pd_krylov_result {
 } pd_krylov_result;
 
 #ifdef PDI_INTERNAL
+/* Tolerances of the linear solves of Newton's method. */
+#define PDI_KRYLOV_LOOSE 0.1
+#define PDI_KRYLOV_TIGHT 1e-3
+/* How well a linear system is solved when the last step has left that share of the residual (Eisenstat and Walker 1996,
+ * choice 2). */
+static inline double pdi_krylov_forcing(double left)
+{
+    return fmin(PDI_KRYLOV_LOOSE, fmax(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+}
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);

@@ -9,9 +9,6 @@
 
 /* Steps along bonds far below this share of the field are upwinded. */
 #define PDI_TRANSPORT_FAINT 1e-4
-/* Tolerances of the linear solves of Newton's method. */
-#define PDI_TRANSPORT_LOOSE 0.1
-#define PDI_TRANSPORT_TIGHT 1e-3
 /* A residual over its tolerance that counts as missed, and the most pairs of sweeps behind a multigrid cycle then. */
 #define PDI_TRANSPORT_MISSED 10.0
 #define PDI_TRANSPORT_SWEEPS 64
@@ -380,13 +377,6 @@ static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, con
     return pdi_transport_evaluate(ctx, t);
 }
 
-/* How well a linear system is solved, when the last step has left that share of the residual (Eisenstat and Walker
- * 1996, choice 2). */
-static double pdi_transport_forcing(double left)
-{
-    return fmin(PDI_TRANSPORT_LOOSE, fmax(PDI_TRANSPORT_TIGHT, 0.9 * left * left));
-}
-
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
  * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
  * residual is halved. */
@@ -394,7 +384,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
 {
     pdi_transport_user user;
     pd_krylov_result linear;
-    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_TRANSPORT_LOOSE;
+    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
@@ -403,7 +393,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : PDI_TRANSPORT_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
                                   delta, &linear);
@@ -416,7 +406,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = pdi_transport_forcing(norm / before);
+        loose = pdi_krylov_forcing(norm / before);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
@@ -490,7 +480,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = fmax(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
     /* the limiter turns what is left of linear systems into other fluxes */
-    double loose = t->flow ? PDI_TRANSPORT_TIGHT : pdi_transport_forcing(t->first > 0.0 ? first / t->first : 1.0);
+    double loose = t->flow ? PDI_KRYLOV_TIGHT : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
     if (t->rough) atol = fmax(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
