@@ -98,6 +98,7 @@
  *     entry      where bonds of metal enter the fluid.
  *     front      weights of the bonds across a front between metal and fluid, and the speed that they give it.
  *     metal      dissolving metal, as data: its law, its content, and the fluid beside it.
+ *     reach      bonds of exposed metal to fluid that takes it, in bond-based corrosion.
  *     interface  where metal enters the fluid, and with which weights.
  *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
@@ -662,6 +663,9 @@ typedef struct pdi_sum {
 } pdi_sum;
 PDI_FN void pdi_sum_add(pdi_sum *s, double x);
 PDI_FN double pdi_sum_total(const pdi_sum *s);
+/* Sum of the x with a == wanted_a and b == wanted_b, with the rounding of a few terms. One thread. */
+PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
+                             const double *x);
 #endif
 
 #endif
@@ -947,6 +951,10 @@ static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
+ * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field);
 /* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
 PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */
@@ -3755,8 +3763,13 @@ typedef struct pdi_entry {
     int open;                      /* 1: nothing but fluid from there to the far end */
 } pdi_entry;
 
-/* Node at the far end of bond k of node i. */
-PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k);
+/* Node at the far end of bond k of node i, or that which a ghost there stands for. */
+static inline int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+{
+    int32_t at = i + bonds->shift[k];
+    uint8_t kind = bonds->grid->kind[at];
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+}
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);
@@ -3911,15 +3924,17 @@ typedef struct pd_dissolve {
     double retry_dt;          /* [s] after PD_RETRY: the step to try next */
     double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
     int rounds;               /* linear systems in the last step */
-    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
+    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
+                               * node in `reach`; -1: it has none */
     struct pdi_beside *beside; /* these nodes */
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
-    struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
-    int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
-    int32_t reach_capacity, reach_rows;
-    int reached;              /* 1: they are those of now */
+    uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
+                               * to fluid that takes metal */
+    int32_t reach_rows, reach_used;
+    int reached;              /* 1: they are those of now, but for touched nodes */
+    int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
     /* ---- bonds: */
@@ -3945,6 +3960,7 @@ typedef struct pdi_metal_kind {
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+    int32_t like;    /* place in `beside` of a node that this metal is alone at and whose line is known; -1: none */
 } pdi_metal_kind;
 
 /* One of the metals beside a fluid node. */
@@ -3973,13 +3989,9 @@ typedef struct pdi_beside {
     double film;           /* [mol/m3] sum of weight times the film */
     double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
+    int fresh;             /* 1: bonds: not there when the rates were found */
     pdi_law_point point;
 } pdi_beside;
-
-/* A bond of an exposed node, and the fluid node at its end. */
-typedef struct pdi_reach {
-    int32_t node, bond;
-} pdi_reach;
 
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)
@@ -4036,6 +4048,67 @@ static inline double pdi_metal_drive(const pd_dissolve *d, int32_t j, int32_t i)
 
 #endif
 
+/* ======== >>metal/reach.h ======== */
+/* reach: bonds of exposed metal to fluid that takes it, in bond-based corrosion.
+ *
+ * They last from step to step. Where nodes have turned they are found again, and so is what metal gives there: a node
+ * that turns costs what its surroundings do, not what the surface does.
+ */
+#ifndef PD_REACH_H
+#define PD_REACH_H
+
+#ifdef PDI_INTERNAL
+/* Beside the marks of content.h, of fluid and metal: what is in the reach of the node has turned in the last step. */
+enum { PDI_REACH_TOUCHED = 16 };
+
+/* Where a walk over the bonds of an exposed node stands. */
+typedef struct pdi_reach {
+    const uint32_t *word;
+    uint32_t bits; /* of the word, those to come */
+    int base;      /* bond of its lowest bit */
+    int bond;      /* the one found last */
+    int words;     /* to come */
+} pdi_reach;
+
+static inline pdi_reach pdi_reach_of(const pd_dissolve *d, int32_t j)
+{
+    pdi_reach r;
+    r.words = d->bonds->words - 1;
+    r.word = d->reach + (int64_t)d->slot[j] * d->bonds->words;
+    r.bits = *r.word;
+    r.base = r.bond = 0;
+    return r;
+}
+
+/* 1: r->bond is the next one. 0: there is none. */
+static inline int pdi_reach_next(pdi_reach *r)
+{
+    while (!r->bits) {
+        if (!r->words) return 0;
+        r->words--;
+        r->bits = *++r->word;
+        r->base += 32;
+    }
+#if defined(__GNUC__)
+    r->bond = r->base + __builtin_ctz(r->bits);
+#else
+    for (r->bond = r->base; !(r->bits >> (r->bond - r->base) & 1u);) r->bond++;
+#endif
+    r->bits &= r->bits - 1;
+    return 1;
+}
+
+/* The far end of bond k of metal node j where it is fluid that takes metal; -1: it is not. */
+PDI_FN int32_t pdi_reach_taker(const pd_dissolve *dissolve, int32_t j, int k);
+/* Bonds and the fluid beside metal, as nodes and contents are now. Fluid that is as it was keeps what enters. */
+PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
+/* Solid node j has turned fluid: it and what is in its reach has to be looked at. */
+PDI_FN void pdi_reach_turned(pd_dissolve *dissolve, int32_t j);
+PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
+#endif
+
+#endif
+
 /* ======== >>metal/interface.h ======== */
 /* interface: where metal enters the fluid, and with which weights.
  *
@@ -4052,8 +4125,6 @@ PDI_FN void pdi_interface_find(const pd_dissolve *dissolve, int32_t j, int k, pd
 PDI_FN double pdi_interface_weight(const pd_dissolve *dissolve, int32_t j, int32_t i, int k, const pdi_entry *entry);
 /* The fluid beside metal, as nodes and contents are now. */
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *dissolve);
-PDI_FN void pdi_interface_list(pdi_owner *owner, void *dissolve);
-PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *dissolve);
 /* Speed [m/s] that the law gives at a node, on its line. */
 PDI_FN double pdi_interface_line(const pd_dissolve *dissolve, const pdi_beside *beside);
 /* R of the film [mol s/m4]; HUGE_VAL: nothing passes it. */
@@ -4073,6 +4144,8 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t f);
 /* 1: the rates were found with the speeds of now. pdi_interface_rated: they have just been found. */
 PDI_FN int pdi_interface_lasts(const pd_dissolve *dissolve);
+/* 1: they were, and the fluid beside metal is as it was then. */
+PDI_FN int pdi_interface_stays(const pd_dissolve *dissolve);
 PDI_FN void pdi_interface_rated(pd_dissolve *dissolve);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);
@@ -4112,7 +4185,7 @@ PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int
 /* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
 PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
 /* Amount [mol, per m in planar 2D] left in solid nodes, and its volume [m3, m2 in planar 2D]. */
-PDI_FN double pdi_content_stock(const pd_dissolve *dissolve, double *volume);
+PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *dissolve, double *volume);
 #endif
 
 #endif
@@ -7326,6 +7399,23 @@ PDI_FN void pdi_sum_add(pdi_sum *s, double x)
 
 PDI_FN double pdi_sum_total(const pdi_sum *s) { return s->sum + s->carry; }
 
+PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
+                             const double *x)
+{
+    enum { lanes = 8, block = 64 };
+    pdi_sum sum = {0.0, 0.0};
+    int64_t i = 0;
+    for (; i + block <= n; i += block) {
+        double lane[lanes] = {0.0};
+        for (int64_t k = i; k < i + block; k += lanes)
+            for (int l = 0; l < lanes; l++)
+                lane[l] += (a[k + l] == wanted_a) & (b[k + l] == wanted_b) ? x[k + l] : 0.0;
+        pdi_sum_add(&sum, ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7])));
+    }
+    for (; i < n; i++) pdi_sum_add(&sum, a[i] == wanted_a && b[i] == wanted_b ? x[i] : 0.0);
+    return pdi_sum_total(&sum);
+}
+
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
@@ -8900,6 +8990,31 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
         int32_t at = pd_grid_node(grid, j);
         grid->kind[at] = pdi_grid_ghost_kind(grid, at);
     }
+}
+
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field)
+{
+    enum { parts = 64 };
+    pdi_sum part[parts], all = {0.0, 0.0};
+    int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
+    int nt = pdi_par_threads(ctx, grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        part[q].sum = part[q].carry = 0.0;
+        for (int64_t layer = layers * q / parts; layer < layers * (q + 1) / parts; layer++) {
+            int64_t at = layer * nodes;
+            double sum = pdi_par_sum_of(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
+                                        which ? (uint8_t)wanted : kind, field + at);
+            pdi_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
+        }
+    }
+    for (int q = 0; q < parts; q++) {
+        pdi_sum_add(&all, part[q].sum);
+        pdi_sum_add(&all, part[q].carry);
+    }
+    return pdi_sum_total(&all);
 }
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
@@ -20717,32 +20832,14 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* Mean of a field over the fluid. */
-static double pdi_transport_mean(const pd_ctx *ctx, const pd_transport *t, const double *c)
-{
-    enum { parts = 64 };
-    double part[parts], sum = 0.0;
-    const uint8_t *kind = t->grid->kind;
-    int64_t total = t->grid->total;
-    int nt = pdi_par_threads(ctx, total);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
-        part[q] = 0.0;
-        for (int64_t i = total * q / parts; i < total * (q + 1) / parts; i++)
-            part[q] += kind[i] == PD_FLUID ? c[i] : 0.0;
-    }
-    for (int q = 0; q < parts; q++) sum += part[q];
-    return t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
-}
-
 /* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
  * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
     int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double mean = rests ? pdi_transport_mean(ctx, t, c) : 0.0;
+    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
@@ -21227,24 +21324,14 @@ PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int 
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
-static double pdi_transport_total(const pd_transport *t, const double *field)
-{
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
-    return pdi_sum_total(&sum) * t->bonds->stencil->volume;
-}
-
 double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
 {
-    (void)ctx;
-    return pdi_transport_total(t, t->c);
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->c) * t->bonds->stencil->volume;
 }
 
 double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 {
-    (void)ctx;
-    return pdi_transport_total(t, t->carry);
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
 }
 
 PDI_FN void pdi_transport_open(pd_transport *t)
@@ -23034,11 +23121,6 @@ static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
     return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
 }
 
-PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
-{
-    return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
-}
-
 /* 1: no node of the box is a wall. */
 static int pdi_entry_unwalled(const pd_grid *grid)
 {
@@ -23104,15 +23186,28 @@ PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *en
     return sum;
 }
 
+/* 1: a cell beside metal node j is not metal. */
+static int pdi_entry_outer(const pd_bonds *bonds, int32_t j)
+{
+    const pd_grid *grid = bonds->grid;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int step = -1; step <= 1; step += 2)
+            if (grid->kind[pdi_entry_home(bonds, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
+    return 0;
+}
+
+/* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
+ * its reach, too, and is an outer one. */
 PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
 {
     const pd_grid *grid = bonds->grid;
-    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
+    int32_t count = 0;
     memset(work, 0, (size_t)grid->total);
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] != PD_SOLID) continue;
-        for (int32_t c = -1; c < cells; c++) {
-            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c], NULL);
+        int last = pdi_entry_outer(bonds, j) ? bonds->stencil->count : 0;
+        for (int k = -1; k < last; k++) {
+            int32_t i = k < 0 ? j : pdi_entry_far(bonds, j, k);
             count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
             work[i] = 1;
         }
@@ -23245,6 +23340,139 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>metal/reach.c ======== */
+/* reach: see reach.h */
+#include <string.h>
+
+PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
+{
+    int32_t far = pdi_entry_far(d->bonds, j, k);
+    if (d->grid->kind[far] != PD_FLUID || pdi_metal_passive(d, far)) return -1;
+    return pdi_entry_free(d->bonds, j, k) ? far : -1;
+}
+
+PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
+{
+    pd_dissolve *dissolve = (pd_dissolve *)object;
+    int64_t words = dissolve->bonds ? dissolve->bonds->words : 0;
+    PDI_ARRAY(owner, dissolve, reach, words * dissolve->reach_rows, "1");
+}
+
+PDI_FN void pdi_reach_turned(pd_dissolve *d, int32_t j)
+{
+    d->lags = 1;
+    d->slot[j] = -1;
+    d->mark[j] |= PDI_REACH_TOUCHED;
+    for (int k = 0; k < d->bonds->stencil->count; k++) d->mark[pdi_entry_far(d->bonds, j, k)] |= PDI_REACH_TOUCHED;
+}
+
+/* Forget all rows and all fluid beside metal, and make room for the metal that is exposed now. */
+static pd_status pdi_reach_restart(pd_ctx *ctx, pd_dissolve *d)
+{
+    int64_t room = d->front_count + (int64_t)d->front_count / 4 + 1;
+    for (int32_t i = 0; i < d->grid->total; i++) d->slot[i] = -1;
+    d->beside_count = d->reach_used = d->lasts = 0;
+    if (room <= d->reach_rows) return PD_OK;
+    return pdi_owner_renew(ctx, pdi_reach_list, d, &d->reach_rows, (int32_t)(room < INT32_MAX ? room : INT32_MAX));
+}
+
+/* Rows for exposed nodes that have none. 0: there are too few. */
+static int pdi_reach_rows(pd_dissolve *d)
+{
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        if (d->slot[j] >= 0) continue;
+        if (d->reach_used == d->reach_rows) return 0;
+        d->slot[j] = d->reach_used++;
+    }
+    return 1;
+}
+
+/* The row of exposed node j. Its rate is not known. */
+static void pdi_reach_row(const pd_dissolve *d, int32_t j)
+{
+    int words = d->bonds->words;
+    uint32_t *row = d->reach + (int64_t)d->slot[j] * words;
+    for (int w = 0; w < words; w++) row[w] = 0;
+    for (int k = 0; k < d->bonds->stencil->count; k++)
+        if (pdi_reach_taker(d, j, k) >= 0) row[k >> 5] |= (uint32_t)1 << (k & 31);
+    d->rate[j] = -1.0;
+}
+
+/* Fluid at the ends of the bonds of node j is beside metal. */
+static void pdi_reach_join(pd_dissolve *d, int32_t j)
+{
+    pdi_reach reach = pdi_reach_of(d, j);
+    while (pdi_reach_next(&reach)) {
+        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        if (d->slot[i] >= 0) continue;
+        pdi_beside *beside = &d->beside[d->beside_count];
+        d->slot[i] = d->beside_count++;
+        memset(beside, 0, sizeof *beside);
+        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
+        beside->node = i;
+        beside->fresh = 1;
+    }
+}
+
+/* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
+ * circumferences. */
+static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
+{
+    int32_t i = beside->node;
+    pdi_metal_beside *portion = pdi_metal_portion(d, beside);
+    beside->enters = 0.0;
+    for (int m = 0; m < d->kinds; m++) portion[m].enters = portion[m].stock = 0.0;
+    if (pdi_metal_passive(d, i)) return;
+    for (int k = 0; k < d->bonds->stencil->count; k++) {
+        int32_t j = pdi_entry_far(d->bonds, i, k);
+        if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(d->bonds, i, k)) continue;
+        double weight = pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * pdi_metal_area(d, i, k);
+        pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
+        beside->enters += weight;
+        own->enters += weight;
+        own->stock += weight * d->transport->c[j];
+    }
+}
+
+/* What pieces of metal that did not last gave to a node is no more. A node that metal has left has no line. */
+static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
+{
+    beside->given = 0.0;
+    beside->weight = beside->enters;
+    if (!(beside->enters > 0.0)) memset(&beside->point, 0, sizeof beside->point);
+    for (int m = 0; m < d->kinds; m++) {
+        pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
+        portion->mean = portion->speed = portion->used = portion->used_stock = portion->paid = 0.0;
+        portion->weight = portion->enters;
+    }
+}
+
+PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count);
+    int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
+    (void)nt;
+    d->reached = 0; /* unless all goes well */
+    if (!all && d->lags) all = !pdi_reach_rows(d);
+    if (all) PDI_TRY(pdi_reach_restart(ctx, d));
+    if (all) pdi_reach_rows(d);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t f = 0; f < d->front_count; f++)
+        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
+    for (int32_t f = 0; f < d->front_count; f++)
+        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join(d, d->front[f]);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t n = 0; n < d->beside_count; n++) {
+        pdi_beside *beside = &d->beside[n];
+        int touched = all || contents || (d->mark[beside->node] & PDI_REACH_TOUCHED);
+        if (touched) pdi_reach_gather(d, beside);
+        if (touched || d->gone_count) pdi_reach_again(d, beside);
+    }
+    d->reached = 1;
+    return PD_OK;
+}
+
 /* ======== >>metal/interface.c ======== */
 /* interface: see interface.h */
 #include <math.h>
@@ -23276,11 +23504,10 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
         pdi_entry_find(d->bonds, j, k, entry);
         return;
     }
-    entry->count = entry->open = 0;
-    entry->far = entry->node[0] = pdi_entry_far(d->bonds, j, k);
+    entry->open = 0;
+    entry->far = entry->node[0] = pdi_reach_taker(d, j, k);
+    entry->count = entry->far >= 0;
     entry->last = j;
-    if (d->grid->kind[entry->far] != PD_FLUID || pdi_metal_passive(d, entry->far)) return;
-    entry->count = pdi_entry_free(d->bonds, j, k);
 }
 
 PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
@@ -23307,9 +23534,10 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     int metal = pdi_metal_of(d, j);
     double sum = 0.0;
-    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
-        int32_t i = d->reach[r].node;
-        sum += pdi_metal_area(d, j, d->reach[r].bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
+    pdi_reach reach = pdi_reach_of(d, j);
+    while (pdi_reach_next(&reach)) {
+        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
     return sum * pdi_metal_factor(d, j);
 }
@@ -23333,9 +23561,13 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
 {
     double fastest = 0.0;
     if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, f);
-    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++)
-        fastest = fmax(fastest, pdi_interface_speed(d, d->reach[r].node, pdi_metal_of(d, d->front[f])));
-    return d->kernel.total * fastest * pdi_metal_factor(d, d->front[f]);
+    int32_t j = d->front[f];
+    pdi_reach reach = pdi_reach_of(d, j);
+    while (pdi_reach_next(&reach)) {
+        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
+    }
+    return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
 
 /* Node i among the fluid beside metal. */
@@ -23351,58 +23583,6 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
     return &d->beside[d->slot[i]];
 }
 
-PDI_FN void pdi_interface_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    PDI_ARRAY(owner, dissolve, reach, dissolve->reach_capacity, "1");
-}
-
-PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    PDI_ARRAY(owner, dissolve, reach_first, dissolve->reach_rows, "1");
-}
-
-/* Bonds of node j to fluid that takes metal, into `to` where that is not NULL; how many. */
-static int32_t pdi_interface_bonds(const pd_dissolve *d, int32_t j, pdi_reach *to)
-{
-    pdi_entry entry;
-    int32_t found = 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        pdi_interface_find(d, j, k, &entry);
-        if (entry.count == 0) continue;
-        if (to) to[found].node = entry.far;
-        if (to) to[found].bond = k;
-        found++;
-    }
-    return found;
-}
-
-/* They hold until nodes turn or films form. */
-static pd_status pdi_interface_reaches(pd_ctx *ctx, pd_dissolve *d)
-{
-    if (d->reached) return PD_OK;
-    if (d->front_count >= d->reach_rows) {
-        int32_t rows = d->front_count + d->front_count / 4 + 1;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_row_list, d, &d->reach_rows, rows));
-    }
-    d->reach_first[0] = 0;
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int64_t next = (int64_t)d->reach_first[f] + pdi_interface_bonds(d, d->front[f], NULL);
-        if (next > INT32_MAX)
-            return pdi_fail(ctx, PD_ERR_MEMORY, "dissolve", "metal has more than %d bonds to fluid", (int)INT32_MAX);
-        d->reach_first[f + 1] = (int32_t)next;
-    }
-    int32_t all = d->reach_first[d->front_count];
-    if (all > d->reach_capacity) {
-        int32_t most = all < INT32_MAX / 2 ? all + all / 4 : all;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_list, d, &d->reach_capacity, most));
-    }
-    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_bonds(d, d->front[f], d->reach + d->reach_first[f]);
-    d->reached = 1;
-    return PD_OK;
-}
-
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
@@ -23413,8 +23593,6 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    portion->stock += weight * d->transport->c[j];
-    if (pdi_metal_bonds(d)) return;
     beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
@@ -23427,15 +23605,6 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    if (pdi_metal_bonds(d)) { /* a node and no more */
-        memset(&entry, 0, sizeof entry);
-        entry.count = 1;
-        for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
-            entry.node[0] = d->reach[r].node;
-            pdi_interface_enter(d, j, d->reach[r].bond, &entry, 0);
-        }
-        return;
-    }
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) pdi_interface_enter(d, j, k, &entry, e);
@@ -23609,19 +23778,6 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
     }
 }
 
-/* What enters by bonds under a constant drive is the same until other nodes are reached. */
-static void pdi_interface_again(pd_dissolve *d)
-{
-    for (int32_t n = 0; n < d->beside_count; n++) {
-        pdi_beside *beside = &d->beside[n];
-        beside->given = beside->weight = 0.0;
-        for (int m = 0; m < d->kinds; m++) {
-            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
-            portion->mean = portion->speed = portion->used = portion->used_stock = portion->paid = 0.0;
-        }
-    }
-}
-
 static void pdi_interface_anew(pd_dissolve *d)
 {
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
@@ -23635,18 +23791,8 @@ static void pdi_interface_anew(pd_dissolve *d)
 
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *d)
 {
-    int again = pdi_metal_bonds(d) && d->reached && d->desc.drive == PD_DRIVE_CONSTANT;
-    if (pdi_metal_bonds(d)) PDI_TRY(pdi_interface_reaches(ctx, d));
-    if (again) pdi_interface_again(d);
-    else pdi_interface_anew(d);
-    for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
-        d->beside[n].weight = d->beside[n].enters;
-        for (int m = 0; m < d->kinds; m++) {
-            pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
-            portion->weight = portion->enters;
-        }
-    }
-    if (pdi_metal_bonds(d)) return PD_OK;
+    if (pdi_metal_bonds(d)) return pdi_reach_update(ctx, d);
+    pdi_interface_anew(d);
     pdi_interface_link(d, pdi_interface_count);
     pdi_interface_link(d, pdi_interface_arrive);
     return PD_OK;
@@ -23658,19 +23804,28 @@ PDI_FN int pdi_interface_lasts(const pd_dissolve *d)
     for (int32_t n = 0; n < d->beside_count; n++)
         for (int m = 0; m < d->kinds; m++) {
             const pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            if (d->beside[n].fresh || !(portion->enters > 0.0)) continue;
             if (portion->mean < portion->rated || portion->mean > portion->rated) return 0;
         }
     return 1;
 }
 
+PDI_FN int pdi_interface_stays(const pd_dissolve *d)
+{
+    return d->desc.activation && d->uniform && d->reached && !d->lags && d->lasts && d->gone_count == 0;
+}
+
 PDI_FN void pdi_interface_rated(pd_dissolve *d)
 {
+    d->lags = 0;
     d->lasts = pdi_metal_bonds(d) && d->desc.drive == PD_DRIVE_CONSTANT && d->gone_count == 0;
-    for (int32_t n = 0; n < d->beside_count && d->lasts; n++)
+    for (int32_t n = 0; n < d->beside_count && d->lasts; n++) {
+        d->beside[n].fresh = 0;
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
             portion->rated = portion->mean;
         }
+    }
 }
 
 PDI_FN void pdi_interface_spare(pd_dissolve *d)
@@ -23747,7 +23902,7 @@ PDI_FN double pdi_content_lead(const pd_stencil *s)
 
 PDI_FN void pdi_content_collect(pd_dissolve *d)
 {
-    d->front_count = d->reached = 0;
+    d->front_count = 0;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->exposed[j]) d->front[d->front_count++] = j;
 }
@@ -23845,20 +24000,28 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
     }
 }
 
-PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+/* What all metal gives in the step [mol/m3 of a cell]. */
+static double pdi_content_all(const pd_dissolve *d, double dt)
 {
     double all = 0.0;
-    int found = 0;
-    for (int32_t j = 0; j < d->grid->total; j++) {
-        d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
-        if (d->exposed[j])
-            all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
+    return all;
+}
+
+PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+{
+    double all = -1.0;
+    int found = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
         pdi_content_piece piece;
         if (d->mark[j] & (PDI_CONTENT_LASTS | PDI_CONTENT_GONE)) continue;
         if (pdi_metal_left(d, j) > dt * d->rate[j]) continue;
+        if (all < 0.0) all = pdi_content_all(d, dt);
         int lasts = pdi_content_lasts(d, j, dt, all, &piece);
         pdi_content_label(d, &piece, lasts ? PDI_CONTENT_LASTS : PDI_CONTENT_GONE);
         if (lasts) continue;
@@ -24116,15 +24279,15 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 }
 
 /* Activation control: what a node that turns holds above the fluid is gone. */
-static void pdi_content_rinse(pd_dissolve *d, double dt)
+static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     pdi_sum gone = {0.0, 0.0};
-    double *c = d->transport->c;
+    double *c = d->transport->c, *gain = d->transport->source;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
-        double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
-        pdi_sum_add(&gone, dt * gain * pdi_grid_circumference(d->grid, beside->node));
+        gain[beside->node] = beside->weight * pdi_interface_line(d, beside) + beside->given;
     }
+    pdi_sum_add(&gone, dt * pdi_grid_sum(ctx, d->grid, PD_FLUID, NULL, 0, gain));
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
         pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
@@ -24136,6 +24299,7 @@ static void pdi_content_rinse(pd_dissolve *d, double dt)
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
 {
     for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
+    for (int32_t n = 0; n < count; n++) pdi_reach_turned(d, turned[n]);
     pdi_content_collect(d);
 }
 
@@ -24152,22 +24316,21 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     }
     if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
     else PDI_TRY(pdi_content_turn_spent(ctx, d));
-    if (d->desc.activation) pdi_content_rinse(d, dt);
+    if (d->desc.activation) pdi_content_rinse(ctx, d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;
 }
 
-PDI_FN double pdi_content_stock(const pd_dissolve *d, double *volume)
+PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *d, double *volume)
 {
-    pdi_sum sum = {0.0, 0.0}, whole = {0.0, 0.0};
-    for (int32_t j = 0; j < d->grid->total; j++) {
-        if (d->grid->kind[j] != PD_SOLID) continue;
-        double amount = d->transport->c[j] * pdi_grid_circumference(d->grid, j);
-        pdi_sum_add(&sum, amount);
-        pdi_sum_add(&whole, amount / pdi_metal_solid(d, j));
+    double stock = 0.0;
+    *volume = 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        double amount = pdi_grid_sum(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
+        stock += amount * d->bonds->stencil->volume;
+        *volume += amount / d->kind[m].solid * d->bonds->stencil->volume;
     }
-    *volume = pdi_sum_total(&whole) * d->bonds->stencil->volume;
-    return pdi_sum_total(&sum) * d->bonds->stencil->volume;
+    return stock;
 }
 
 /* ======== >>metal/damage.c ======== */
@@ -24421,12 +24584,28 @@ static pdi_metal_kind *pdi_dissolve_alone(const pd_dissolve *d, const pdi_beside
     return found;
 }
 
+/* A node where that metal alone is at the same concentration. There is no film, and it has the same line. NULL: none is
+ * known. */
+static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal_kind *alone, double c)
+{
+    if (!alone || alone->like < 0 || !pdi_metal_bonds(d) || d->desc.drive != PD_DRIVE_CONSTANT) return NULL;
+    const pdi_beside *like = &d->beside[alone->like];
+    double known = fmax(d->transport->c[like->node], 0.0);
+    return known < c || known > c ? NULL : like;
+}
+
 /* The first line of the law at a node beside metal. */
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
     double c = fmax(d->transport->c[beside->node], 0.0);
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
+    const pdi_beside *like = pdi_dissolve_like(d, alone, c);
+    if (like) {
+        beside->point = like->point;
+        beside->before = like->before;
+        return PD_OK;
+    }
     pdi_interface_law(d, beside, &law);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
@@ -24436,6 +24615,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
+    if (alone) alone->like = (int32_t)(beside - d->beside);
     return PD_OK;
 }
 
@@ -24523,14 +24703,22 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
 PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
-    d->rated = d->gone_count = 0;
-    memset(d->mark, 0, (size_t)d->grid->total);
-    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
+    int stays = pdi_interface_stays(d);
+    d->rated = 0;
+    if (stays) {
+        memset(d->mark, 0, (size_t)d->grid->total);
+        return PD_OK;
+    }
+    pdi_par_zero(ctx, d->grid->total, t->source);
+    pdi_par_zero(ctx, d->grid->total, t->absorb);
+    for (int m = 0; m < d->kinds; m++) d->kind[m].like = -1;
     PDI_TRY(pdi_interface_land(ctx, d));
     if (pdi_dissolve_films(d)) {
         d->reached = 0;
         PDI_TRY(pdi_interface_land(ctx, d));
     }
+    memset(d->mark, 0, (size_t)d->grid->total);
+    d->gone_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -24544,11 +24732,13 @@ static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
     (void)nt;
-    if (pdi_interface_lasts(d)) return;
+    if (pdi_interface_stays(d)) return;
+    int all = !pdi_interface_lasts(d);
     PDI_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, f);
+        if (d->mark[j] & PDI_CONTENT_GONE) continue;
+        if (all || d->rate[j] < 0.0) d->rate[j] = pdi_interface_rate(d, f);
     }
     pdi_interface_rated(d);
 }
@@ -24571,8 +24761,10 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
-    pdi_interface_means(d);
-    pdi_dissolve_find_rates(ctx, d);
+    if (!pdi_interface_stays(d)) {
+        pdi_interface_means(d);
+        pdi_dissolve_find_rates(ctx, d);
+    }
     d->rated = 1;
 }
 
@@ -24685,9 +24877,9 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     pd_status status = PD_OK;
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
-        pdi_dissolve_sources(d, dt, 0);
         t->rough = !met;
         if (!d->desc.activation) {
+            pdi_dissolve_sources(d, dt, 0);
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
@@ -24877,7 +25069,7 @@ static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *tu
 static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    d->reached = 0; /* films may be read */
+    if (archive->reading) d->reached = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
     return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
 }
@@ -24887,7 +25079,7 @@ static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     const pd_dissolve *d = (const pd_dissolve *)self;
     (void)k;
     double volume;
-    a->solid += pdi_content_stock(d, &volume);
+    a->solid += pdi_content_stock(ctx, d, &volume);
     a->volume += volume;
     a->dissolved += pd_transport_stock(ctx, d->transport);
     a->carry += pd_transport_carried(ctx, d->transport);
@@ -24922,8 +25114,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
-    pdi_owner_free(ctx, pdi_interface_list, d);
-    pdi_owner_free(ctx, pdi_interface_row_list, d);
+    pdi_owner_free(ctx, pdi_reach_list, d);
     memset(d, 0, sizeof *d);
 }
 #ifdef PDI_COLD
@@ -25850,6 +26041,7 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #define PDI_ZLIB_DISTANCES 30 /* symbols of distances */
 #define PDI_ZLIB_LENGTH_CODES 19 /* symbols of code lengths */
 #define PDI_ZLIB_FIXED 288 /* symbols of the fixed code */
+#define PDI_ZLIB_CRC_LONG 8192 /* [byte] from which tables for a checksum pay */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
 static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
@@ -25880,18 +26072,42 @@ PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
     bytes->size = bytes->capacity = 0;
 }
 
+/* Remainder of a byte for the reflected polynomial 0xEDB88320. */
+static uint32_t pdi_zlib_crc_byte(uint32_t byte)
+{
+    for (int bit = 0; bit < 8; bit++) byte = (byte >> 1) ^ (0xEDB88320u & (0u - (byte & 1u)));
+    return byte;
+}
+
+static uint32_t pdi_zlib_word(const uint8_t *at)
+{
+    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+/* Of `words` words of eight bytes at once (slicing by 8: Kounavis, Berry, IEEE Trans. Comput. 57 (2008), 1550).
+ * table[k]: remainder of a byte with k bytes behind it. */
+static uint32_t pdi_zlib_crc_words(uint32_t crc, const uint8_t *data, size_t words)
+{
+    uint32_t table[8][256];
+    for (uint32_t b = 0; b < 256; b++) {
+        table[0][b] = pdi_zlib_crc_byte(b);
+        for (int k = 1; k < 8; k++) table[k][b] = table[k - 1][b] >> 8 ^ pdi_zlib_crc_byte(table[k - 1][b] & 255);
+    }
+    for (; words; words--, data += 8) {
+        uint32_t first = crc ^ pdi_zlib_word(data), last = pdi_zlib_word(data + 4);
+        crc = 0;
+        for (int k = 0; k < 4; k++)
+            crc ^= table[7 - k][first >> 8 * k & 255] ^ table[3 - k][last >> 8 * k & 255];
+    }
+    return crc;
+}
+
 PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
 {
-    /* Remainders of the sixteen half bytes for the reflected polynomial 0xEDB88320. */
-    static const uint32_t table[16] = {0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
-                                       0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
-                                       0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
+    size_t words = size < PDI_ZLIB_CRC_LONG ? 0 : size / 8;
     crc = ~crc;
-    for (size_t i = 0; i < size; i++) {
-        crc ^= data[i];
-        crc = (crc >> 4) ^ table[crc & 15];
-        crc = (crc >> 4) ^ table[crc & 15];
-    }
+    if (words) crc = pdi_zlib_crc_words(crc, data, words);
+    for (size_t i = 8 * words; i < size; i++) crc = crc >> 8 ^ pdi_zlib_crc_byte((crc ^ data[i]) & 255);
     return ~crc;
 }
 
@@ -26731,7 +26947,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
-    pdi_store_put(tail, pdi_zlib_crc(0, (const uint8_t *)data, bytes));
+    pdi_store_put(tail, s->kept ? 0 : pdi_zlib_crc(0, (const uint8_t *)data, bytes));
     PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
     PDI_TRY(pdi_store_append(ctx, s, data, bytes));
     return pdi_store_append(ctx, s, tail, sizeof tail);
@@ -26802,8 +27018,22 @@ PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
     return pdi_store_append(ctx, s, head, sizeof head);
 }
 
+/* What is kept in memory gets its checksums when it goes to a file. */
+static void pdi_store_sum_items(pd_store *s)
+{
+    uint64_t count;
+    for (uint8_t *at = s->image + PDI_STORE_HEAD; strcmp((const char *)at, PDI_STORE_END) != 0;) {
+        memcpy(&count, at + PDI_STORE_AT_COUNT, sizeof count);
+        size_t size = (size_t)count * pdi_store_word(at + PDI_STORE_AT_SIZE);
+        at += PDI_STORE_ITEM;
+        pdi_store_put(at + size, pdi_zlib_crc(0, at, size));
+        at += size + 4;
+    }
+}
+
 PDI_FN pd_status pdi_store_release(pd_ctx *ctx, pd_store *s, const char *path)
 {
+    pdi_store_sum_items(s);
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
     pd_status status = pdi_file_write(ctx, &s->file, s->image, s->length);
     if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);
@@ -35100,6 +35330,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
+    d.bonds = &plan->bonds;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
     d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
@@ -35110,13 +35341,11 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
     if (u->has_corrode) {
-        /* metal within a horizon of fluid, which takes a quarter of its bonds on average; lists have room to grow */
+        /* metal within a horizon of fluid; there is room for more */
         double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
-        d.reach_rows = (int32_t)layers;
-        d.reach_capacity = (int32_t)fmin(0.3125 * layers * b->bonds, INT32_MAX);
+        d.reach_rows = (int32_t)(1.25 * layers);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
-        *bytes += pdi_footprint_list(plan, pdi_interface_list, &d);
-        *bytes += pdi_footprint_list(plan, pdi_interface_row_list, &d);
+        *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
     if (u->passive >= 0) *bytes += b->nodes;
     if (u->metals > 1) *bytes += b->nodes;
@@ -35762,16 +35991,18 @@ static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
     const double *c = m->transport.c, *u = pdi_model_velocity(m);
-    o->v_max = o->c_max = 0.0;
+    double c_max = 0.0, v_max = 0.0, front = o->front;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (c) o->c_max = fmax(o->c_max, c[i]);
-        if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
+        if (c && c[i] > c_max) c_max = c[i];
+        if (o->depth && (double)o->depth[i] > front) front = (double)o->depth[i];
         for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
-        o->v_max = fmax(o->v_max, square);
+        if (square > v_max) v_max = square;
     }
-    o->v_max = sqrt(o->v_max);
+    o->c_max = c_max;
+    o->v_max = sqrt(v_max);
+    o->front = front;
 }
 
 /* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */

@@ -127,7 +127,7 @@ static inline pd_status scene_run(scene *s, double t_end)
 static inline double scene_solid(const scene *s)
 {
     double volume;
-    return pdi_content_stock(&s->dissolve, &volume);
+    return pdi_content_stock(&s->ctx, &s->dissolve, &volume);
 }
 
 /* One step that does not pass t_end. */

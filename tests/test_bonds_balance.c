@@ -78,6 +78,46 @@ TEST(threads_do_not_matter)
     }
 }
 
+/* Bonds, what enters by them and rates that are found anew at each step are the same as those that were kept, to the
+ * last bit: rough metal under activation control and under diffusion control, behind mirrors, with films. */
+TEST(kept_and_anew)
+{
+    static double factor[MOST], first[MOST];
+    uint32_t seed = 11;
+    for (int k = 0; k < MOST; k++) factor[k] = 0.5 + (double)(next_random(&seed) % 1000) * 1e-3;
+    for (int way = 0; way < 6; way++) {
+        int diffusion = way & 1, turned = 0;
+        for (int run = 0; run < 2; run++) {
+            scene *s = scene_start(20, PD_DIM == 3 ? 6 : 20, 5);
+            for (int k = 1; k < 2 * PD_DIM; k++) s->grid_desc.side[k] = PD_SIDE_MIRROR;
+            half_space(s, 6.0 * H);
+            s->open[0] = 1;
+            s->desc.activation = !diffusion;
+            s->desc.factor = factor;
+            s->desc.stochastic = way >= 4;
+            s->desc.drive = way == 2 || way == 3 ? PD_DRIVE_DIFFERENCE : PD_DRIVE_CONSTANT;
+            if (way == 1) {
+                s->desc.repassivation = 0.4 * CSAT;
+                s->transport_desc.initial = 0.9 * CSAT;
+            }
+            s->transport_desc.diffusivity = 1e-11;
+            if (!scene_build(s) || !CHECK(s->grid.total <= MOST)) return;
+            for (int k = 0; k < (PD_DIM == 3 ? 100 : 200) && s->grid.solid_count > 0; k++) {
+                if (run) s->dissolve.reached = 0;
+                if (!scene_step(s, 1e6 * (k + 1.0))) return;
+                turned += s->dissolve.changed_count;
+            }
+            CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+            size_t size = (size_t)s->grid.total * sizeof *first;
+            if (!run) memcpy(first, s->transport.c, size);
+            else CHECK(memcmp(first, s->transport.c, size) == 0);
+            scene_free(s);
+        }
+        NOTE("way %d: %d nodes turned in both runs", way, turned);
+        CHECK(turned > (PD_DIM == 1 ? 5 : 20));
+    }
+}
+
 /* ---- factors of metal ---- */
 
 /* Twice the factor is twice the speed, to the last bit. */
@@ -253,6 +293,6 @@ TEST(law_that_breaks)
     scene_free(s);
 }
 
-TEST_MAIN(ENTRY(amounts_and_bounds) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(factor_is_a_speed)
-              ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers)
+TEST_MAIN(ENTRY(amounts_and_bounds) ENTRY(saturation_pauses) ENTRY(threads_do_not_matter) ENTRY(kept_and_anew)
+              ENTRY(factor_is_a_speed) ENTRY(factors_conserve) ENTRY(passive_film) ENTRY(repassivation_remembers)
                   ENTRY(repassivation_at_the_start) ENTRY(bad_input) ENTRY(law_that_breaks))

@@ -63,6 +63,9 @@ typedef struct pdi_sum {
 } pdi_sum;
 PDI_FN void pdi_sum_add(pdi_sum *s, double x);
 PDI_FN double pdi_sum_total(const pdi_sum *s);
+/* Sum of the x with a == wanted_a and b == wanted_b, with the rounding of a few terms. One thread. */
+PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
+                             const double *x);
 #endif
 
 #endif

@@ -174,7 +174,7 @@ static pd_status pdi_store_write(pd_ctx *ctx, pd_store *s, const char *name, con
     memcpy(head + PDI_STORE_AT_COUNT, &number, sizeof number);
     pdi_store_put(head + PDI_STORE_AT_SIZE, (uint32_t)size);
     pdi_store_seal(head, sizeof head);
-    pdi_store_put(tail, pdi_zlib_crc(0, (const uint8_t *)data, bytes));
+    pdi_store_put(tail, s->kept ? 0 : pdi_zlib_crc(0, (const uint8_t *)data, bytes));
     PDI_TRY(pdi_store_append(ctx, s, head, sizeof head));
     PDI_TRY(pdi_store_append(ctx, s, data, bytes));
     return pdi_store_append(ctx, s, tail, sizeof tail);
@@ -245,8 +245,22 @@ PDI_FN pd_status pdi_store_keep(pd_ctx *ctx, pd_store *s)
     return pdi_store_append(ctx, s, head, sizeof head);
 }
 
+/* What is kept in memory gets its checksums when it goes to a file. */
+static void pdi_store_sum_items(pd_store *s)
+{
+    uint64_t count;
+    for (uint8_t *at = s->image + PDI_STORE_HEAD; strcmp((const char *)at, PDI_STORE_END) != 0;) {
+        memcpy(&count, at + PDI_STORE_AT_COUNT, sizeof count);
+        size_t size = (size_t)count * pdi_store_word(at + PDI_STORE_AT_SIZE);
+        at += PDI_STORE_ITEM;
+        pdi_store_put(at + size, pdi_zlib_crc(0, at, size));
+        at += size + 4;
+    }
+}
+
 PDI_FN pd_status pdi_store_release(pd_ctx *ctx, pd_store *s, const char *path)
 {
+    pdi_store_sum_items(s);
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
     pd_status status = pdi_file_write(ctx, &s->file, s->image, s->length);
     if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);

@@ -1,5 +1,6 @@
 /* grid: see grid.h */
 #include "lattice/grid.h"
+#include "core/par.h"
 #include "core/owner.h"
 #include "core/vec.h"
 #include <math.h>
@@ -473,6 +474,31 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
         int32_t at = pd_grid_node(grid, j);
         grid->kind[at] = pdi_grid_ghost_kind(grid, at);
     }
+}
+
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field)
+{
+    enum { parts = 64 };
+    pdi_sum part[parts], all = {0.0, 0.0};
+    int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
+    int nt = pdi_par_threads(ctx, grid->total);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        part[q].sum = part[q].carry = 0.0;
+        for (int64_t layer = layers * q / parts; layer < layers * (q + 1) / parts; layer++) {
+            int64_t at = layer * nodes;
+            double sum = pdi_par_sum_of(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
+                                        which ? (uint8_t)wanted : kind, field + at);
+            pdi_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
+        }
+    }
+    for (int q = 0; q < parts; q++) {
+        pdi_sum_add(&all, part[q].sum);
+        pdi_sum_add(&all, part[q].carry);
+    }
+    return pdi_sum_total(&all);
 }
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)

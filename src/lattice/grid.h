@@ -100,6 +100,10 @@ static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
 }
 /* The same at the distance `out` [m] outwards from the node. */
 PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out);
+/* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
+ * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field);
 /* 1 when place x [m] lies between lo and hi [m], bounds included: surfaces and nodes often lie on them. */
 PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Bring index i[] back through periodic and mirror sides only; the bits of flip as above. */

@@ -44,7 +44,7 @@ PDI_FN double pdi_content_lead(const pd_stencil *s)
 
 PDI_FN void pdi_content_collect(pd_dissolve *d)
 {
-    d->front_count = d->reached = 0;
+    d->front_count = 0;
     for (int32_t j = 0; j < d->grid->total; j++)
         if (d->exposed[j]) d->front[d->front_count++] = j;
 }
@@ -142,20 +142,28 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
     }
 }
 
-PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+/* What all metal gives in the step [mol/m3 of a cell]. */
+static double pdi_content_all(const pd_dissolve *d, double dt)
 {
     double all = 0.0;
-    int found = 0;
-    for (int32_t j = 0; j < d->grid->total; j++) {
-        d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
-        if (d->exposed[j])
-            all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
+    for (int32_t f = 0; f < d->front_count; f++) {
+        int32_t j = d->front[f];
+        all += fmax(dt * pdi_metal_supply(d, j) * d->rate[j], 0.0) * pdi_grid_circumference(d->grid, j);
     }
+    return all;
+}
+
+PDI_FN int pdi_content_spare(pd_dissolve *d, double dt)
+{
+    double all = -1.0;
+    int found = 0;
+    for (int32_t j = 0; j < d->grid->total; j++) d->mark[j] &= (uint8_t)~PDI_CONTENT_LASTS;
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
         pdi_content_piece piece;
         if (d->mark[j] & (PDI_CONTENT_LASTS | PDI_CONTENT_GONE)) continue;
         if (pdi_metal_left(d, j) > dt * d->rate[j]) continue;
+        if (all < 0.0) all = pdi_content_all(d, dt);
         int lasts = pdi_content_lasts(d, j, dt, all, &piece);
         pdi_content_label(d, &piece, lasts ? PDI_CONTENT_LASTS : PDI_CONTENT_GONE);
         if (lasts) continue;
@@ -413,15 +421,15 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 }
 
 /* Activation control: what a node that turns holds above the fluid is gone. */
-static void pdi_content_rinse(pd_dissolve *d, double dt)
+static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
     pdi_sum gone = {0.0, 0.0};
-    double *c = d->transport->c;
+    double *c = d->transport->c, *gain = d->transport->source;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
-        double gain = beside->weight * pdi_interface_line(d, beside) + beside->given;
-        pdi_sum_add(&gone, dt * gain * pdi_grid_circumference(d->grid, beside->node));
+        gain[beside->node] = beside->weight * pdi_interface_line(d, beside) + beside->given;
     }
+    pdi_sum_add(&gone, dt * pdi_grid_sum(ctx, d->grid, PD_FLUID, NULL, 0, gain));
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
         pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
@@ -433,6 +441,7 @@ static void pdi_content_rinse(pd_dissolve *d, double dt)
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
 {
     for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
+    for (int32_t n = 0; n < count; n++) pdi_reach_turned(d, turned[n]);
     pdi_content_collect(d);
 }
 
@@ -449,20 +458,19 @@ PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *d, double dt)
     }
     if (pdi_metal_bonds(d)) PDI_TRY(pdi_content_saturate(ctx, d, dt));
     else PDI_TRY(pdi_content_turn_spent(ctx, d));
-    if (d->desc.activation) pdi_content_rinse(d, dt);
+    if (d->desc.activation) pdi_content_rinse(ctx, d, dt);
     if (d->changed_count) pdi_content_turned(d, d->changed, d->changed_count);
     return PD_OK;
 }
 
-PDI_FN double pdi_content_stock(const pd_dissolve *d, double *volume)
+PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *d, double *volume)
 {
-    pdi_sum sum = {0.0, 0.0}, whole = {0.0, 0.0};
-    for (int32_t j = 0; j < d->grid->total; j++) {
-        if (d->grid->kind[j] != PD_SOLID) continue;
-        double amount = d->transport->c[j] * pdi_grid_circumference(d->grid, j);
-        pdi_sum_add(&sum, amount);
-        pdi_sum_add(&whole, amount / pdi_metal_solid(d, j));
+    double stock = 0.0;
+    *volume = 0.0;
+    for (int m = 0; m < d->kinds; m++) {
+        double amount = pdi_grid_sum(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
+        stock += amount * d->bonds->stencil->volume;
+        *volume += amount / d->kind[m].solid * d->bonds->stencil->volume;
     }
-    *volume = pdi_sum_total(&whole) * d->bonds->stencil->volume;
-    return pdi_sum_total(&sum) * d->bonds->stencil->volume;
+    return stock;
 }

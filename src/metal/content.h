@@ -30,7 +30,7 @@ PDI_FN void pdi_content_turned(pd_dissolve *dissolve, const int32_t *turned, int
 /* After the transport step of dt [s]: take the losses from the solid, turn nodes fluid. */
 PDI_FN pd_status pdi_content_finish(pd_ctx *ctx, pd_dissolve *dissolve, double dt);
 /* Amount [mol, per m in planar 2D] left in solid nodes, and its volume [m3, m2 in planar 2D]. */
-PDI_FN double pdi_content_stock(const pd_dissolve *dissolve, double *volume);
+PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *dissolve, double *volume);
 #endif
 
 #endif

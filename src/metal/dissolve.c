@@ -230,12 +230,28 @@ static pdi_metal_kind *pdi_dissolve_alone(const pd_dissolve *d, const pdi_beside
     return found;
 }
 
+/* A node where that metal alone is at the same concentration. There is no film, and it has the same line. NULL: none is
+ * known. */
+static const pdi_beside *pdi_dissolve_like(const pd_dissolve *d, const pdi_metal_kind *alone, double c)
+{
+    if (!alone || alone->like < 0 || !pdi_metal_bonds(d) || d->desc.drive != PD_DRIVE_CONSTANT) return NULL;
+    const pdi_beside *like = &d->beside[alone->like];
+    double known = fmax(d->transport->c[like->node], 0.0);
+    return known < c || known > c ? NULL : like;
+}
+
 /* The first line of the law at a node beside metal. */
 static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside *beside)
 {
     pdi_law law;
     double c = fmax(d->transport->c[beside->node], 0.0);
     pdi_metal_kind *alone = pdi_dissolve_alone(d, beside);
+    const pdi_beside *like = pdi_dissolve_like(d, alone, c);
+    if (like) {
+        beside->point = like->point;
+        beside->before = like->before;
+        return PD_OK;
+    }
     pdi_interface_law(d, beside, &law);
     if (alone && !(c >= alone->from && c < alone->to)) {
         alone->from = c;
@@ -245,6 +261,7 @@ static pd_status pdi_dissolve_begin_law(pd_ctx *ctx, pd_dissolve *d, pdi_beside 
     if (!pdi_law_begin(&law, pdi_interface_resist(d, beside), from, to, c, &beside->point))
         return pdi_dissolve_unlawful(ctx, d, &law, beside->node);
     beside->before = pdi_interface_line(d, beside);
+    if (alone) alone->like = (int32_t)(beside - d->beside);
     return PD_OK;
 }
 
@@ -332,14 +349,22 @@ static int32_t pdi_dissolve_films(pd_dissolve *d)
 PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 {
     pd_transport *t = d->transport;
-    d->rated = d->gone_count = 0;
-    memset(d->mark, 0, (size_t)d->grid->total);
-    for (int32_t i = 0; i < d->grid->total; i++) t->source[i] = t->absorb[i] = 0.0;
+    int stays = pdi_interface_stays(d);
+    d->rated = 0;
+    if (stays) {
+        memset(d->mark, 0, (size_t)d->grid->total);
+        return PD_OK;
+    }
+    pdi_par_zero(ctx, d->grid->total, t->source);
+    pdi_par_zero(ctx, d->grid->total, t->absorb);
+    for (int m = 0; m < d->kinds; m++) d->kind[m].like = -1;
     PDI_TRY(pdi_interface_land(ctx, d));
     if (pdi_dissolve_films(d)) {
         d->reached = 0;
         PDI_TRY(pdi_interface_land(ctx, d));
     }
+    memset(d->mark, 0, (size_t)d->grid->total);
+    d->gone_count = 0;
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -353,11 +378,13 @@ static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
     int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
     (void)nt;
-    if (pdi_interface_lasts(d)) return;
+    if (pdi_interface_stays(d)) return;
+    int all = !pdi_interface_lasts(d);
     PDI_PARALLEL_FOR(nt)
     for (int32_t f = 0; f < d->front_count; f++) {
         int32_t j = d->front[f];
-        if (!(d->mark[j] & PDI_CONTENT_GONE)) d->rate[j] = pdi_interface_rate(d, f);
+        if (d->mark[j] & PDI_CONTENT_GONE) continue;
+        if (all || d->rate[j] < 0.0) d->rate[j] = pdi_interface_rate(d, f);
     }
     pdi_interface_rated(d);
 }
@@ -380,8 +407,10 @@ PDI_FN double pdi_dissolve_fastest(pd_ctx *ctx, pd_dissolve *d)
 
 static void pdi_dissolve_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
-    pdi_interface_means(d);
-    pdi_dissolve_find_rates(ctx, d);
+    if (!pdi_interface_stays(d)) {
+        pdi_interface_means(d);
+        pdi_dissolve_find_rates(ctx, d);
+    }
     d->rated = 1;
 }
 
@@ -494,9 +523,9 @@ static pd_status pdi_dissolve_solve(pd_ctx *ctx, pd_dissolve *d, double dt, pd_t
     pd_status status = PD_OK;
     int krylov = 0, met = !pdi_metal_bonds(d);
     for (d->rounds = 1; d->rounds <= PDI_DISSOLVE_ROUNDS; d->rounds++) {
-        pdi_dissolve_sources(d, dt, 0);
         t->rough = !met;
         if (!d->desc.activation) {
+            pdi_dissolve_sources(d, dt, 0);
             status = pdi_transport_stage(ctx, t, dt, 1, result);
             result->krylov = krylov += result->krylov;
             if (status < 0) return status;
@@ -686,7 +715,7 @@ static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *tu
 static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    d->reached = 0; /* films may be read */
+    if (archive->reading) d->reached = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
     return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
 }
@@ -696,7 +725,7 @@ static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     const pd_dissolve *d = (const pd_dissolve *)self;
     (void)k;
     double volume;
-    a->solid += pdi_content_stock(d, &volume);
+    a->solid += pdi_content_stock(ctx, d, &volume);
     a->volume += volume;
     a->dissolved += pd_transport_stock(ctx, d->transport);
     a->carry += pd_transport_carried(ctx, d->transport);
@@ -731,7 +760,6 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_front_free(ctx, &d->kernel);
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
-    pdi_owner_free(ctx, pdi_interface_list, d);
-    pdi_owner_free(ctx, pdi_interface_row_list, d);
+    pdi_owner_free(ctx, pdi_reach_list, d);
     memset(d, 0, sizeof *d);
 }

@@ -10,11 +10,6 @@ static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
     return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
 }
 
-PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
-{
-    return pdi_entry_home(bonds, i + bonds->shift[k], NULL);
-}
-
 /* 1: no node of the box is a wall. */
 static int pdi_entry_unwalled(const pd_grid *grid)
 {
@@ -80,15 +75,28 @@ PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *en
     return sum;
 }
 
+/* 1: a cell beside metal node j is not metal. */
+static int pdi_entry_outer(const pd_bonds *bonds, int32_t j)
+{
+    const pd_grid *grid = bonds->grid;
+    for (int d = 0; d < PD_DIM; d++)
+        for (int step = -1; step <= 1; step += 2)
+            if (grid->kind[pdi_entry_home(bonds, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
+    return 0;
+}
+
+/* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
+ * its reach, too, and is an outer one. */
 PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
 {
     const pd_grid *grid = bonds->grid;
-    int32_t count = 0, cells = bonds->stencil->group_cell[bonds->stencil->group_first[bonds->stencil->count]];
+    int32_t count = 0;
     memset(work, 0, (size_t)grid->total);
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] != PD_SOLID) continue;
-        for (int32_t c = -1; c < cells; c++) {
-            int32_t i = c < 0 ? j : pdi_entry_home(bonds, j + bonds->cell_shift[c], NULL);
+        int last = pdi_entry_outer(bonds, j) ? bonds->stencil->count : 0;
+        for (int k = -1; k < last; k++) {
+            int32_t i = k < 0 ? j : pdi_entry_far(bonds, j, k);
             count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
             work[i] = 1;
         }

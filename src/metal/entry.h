@@ -23,8 +23,13 @@ typedef struct pdi_entry {
     int open;                      /* 1: nothing but fluid from there to the far end */
 } pdi_entry;
 
-/* Node at the far end of bond k of node i. */
-PDI_FN int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k);
+/* Node at the far end of bond k of node i, or that which a ghost there stands for. */
+static inline int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+{
+    int32_t at = i + bonds->shift[k];
+    uint8_t kind = bonds->grid->kind[at];
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+}
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */
 PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);

@@ -30,11 +30,10 @@ PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry
         pdi_entry_find(d->bonds, j, k, entry);
         return;
     }
-    entry->count = entry->open = 0;
-    entry->far = entry->node[0] = pdi_entry_far(d->bonds, j, k);
+    entry->open = 0;
+    entry->far = entry->node[0] = pdi_reach_taker(d, j, k);
+    entry->count = entry->far >= 0;
     entry->last = j;
-    if (d->grid->kind[entry->far] != PD_FLUID || pdi_metal_passive(d, entry->far)) return;
-    entry->count = pdi_entry_free(d->bonds, j, k);
 }
 
 PDI_FN double pdi_interface_speed(const pd_dissolve *d, int32_t i, int metal)
@@ -61,9 +60,10 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     int metal = pdi_metal_of(d, j);
     double sum = 0.0;
-    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
-        int32_t i = d->reach[r].node;
-        sum += pdi_metal_area(d, j, d->reach[r].bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
+    pdi_reach reach = pdi_reach_of(d, j);
+    while (pdi_reach_next(&reach)) {
+        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
     return sum * pdi_metal_factor(d, j);
 }
@@ -87,9 +87,13 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
 {
     double fastest = 0.0;
     if (d->desc.drive == PD_DRIVE_CONSTANT) return pdi_interface_rate(d, f);
-    for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++)
-        fastest = fmax(fastest, pdi_interface_speed(d, d->reach[r].node, pdi_metal_of(d, d->front[f])));
-    return d->kernel.total * fastest * pdi_metal_factor(d, d->front[f]);
+    int32_t j = d->front[f];
+    pdi_reach reach = pdi_reach_of(d, j);
+    while (pdi_reach_next(&reach)) {
+        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
+    }
+    return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
 
 /* Node i among the fluid beside metal. */
@@ -105,58 +109,6 @@ static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
     return &d->beside[d->slot[i]];
 }
 
-PDI_FN void pdi_interface_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    PDI_ARRAY(owner, dissolve, reach, dissolve->reach_capacity, "1");
-}
-
-PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *object)
-{
-    pd_dissolve *dissolve = (pd_dissolve *)object;
-    PDI_ARRAY(owner, dissolve, reach_first, dissolve->reach_rows, "1");
-}
-
-/* Bonds of node j to fluid that takes metal, into `to` where that is not NULL; how many. */
-static int32_t pdi_interface_bonds(const pd_dissolve *d, int32_t j, pdi_reach *to)
-{
-    pdi_entry entry;
-    int32_t found = 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        pdi_interface_find(d, j, k, &entry);
-        if (entry.count == 0) continue;
-        if (to) to[found].node = entry.far;
-        if (to) to[found].bond = k;
-        found++;
-    }
-    return found;
-}
-
-/* They hold until nodes turn or films form. */
-static pd_status pdi_interface_reaches(pd_ctx *ctx, pd_dissolve *d)
-{
-    if (d->reached) return PD_OK;
-    if (d->front_count >= d->reach_rows) {
-        int32_t rows = d->front_count + d->front_count / 4 + 1;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_row_list, d, &d->reach_rows, rows));
-    }
-    d->reach_first[0] = 0;
-    for (int32_t f = 0; f < d->front_count; f++) {
-        int64_t next = (int64_t)d->reach_first[f] + pdi_interface_bonds(d, d->front[f], NULL);
-        if (next > INT32_MAX)
-            return pdi_fail(ctx, PD_ERR_MEMORY, "dissolve", "metal has more than %d bonds to fluid", (int)INT32_MAX);
-        d->reach_first[f + 1] = (int32_t)next;
-    }
-    int32_t all = d->reach_first[d->front_count];
-    if (all > d->reach_capacity) {
-        int32_t most = all < INT32_MAX / 2 ? all + all / 4 : all;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_interface_list, d, &d->reach_capacity, most));
-    }
-    for (int32_t f = 0; f < d->front_count; f++) pdi_interface_bonds(d, d->front[f], d->reach + d->reach_first[f]);
-    d->reached = 1;
-    return PD_OK;
-}
-
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
@@ -167,8 +119,6 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
-    portion->stock += weight * d->transport->c[j];
-    if (pdi_metal_bonds(d)) return;
     beside->hollow += weight * fmax(1.5 - pdi_metal_left(d, entry->last), 0.0);
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
@@ -181,15 +131,6 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    if (pdi_metal_bonds(d)) { /* a node and no more */
-        memset(&entry, 0, sizeof entry);
-        entry.count = 1;
-        for (int32_t r = d->reach_first[f]; r < d->reach_first[f + 1]; r++) {
-            entry.node[0] = d->reach[r].node;
-            pdi_interface_enter(d, j, d->reach[r].bond, &entry, 0);
-        }
-        return;
-    }
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) pdi_interface_enter(d, j, k, &entry, e);
@@ -363,19 +304,6 @@ static void pdi_interface_pay(pd_dissolve *d, pdi_beside *from, pdi_beside *to, 
     }
 }
 
-/* What enters by bonds under a constant drive is the same until other nodes are reached. */
-static void pdi_interface_again(pd_dissolve *d)
-{
-    for (int32_t n = 0; n < d->beside_count; n++) {
-        pdi_beside *beside = &d->beside[n];
-        beside->given = beside->weight = 0.0;
-        for (int m = 0; m < d->kinds; m++) {
-            pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[m];
-            portion->mean = portion->speed = portion->used = portion->used_stock = portion->paid = 0.0;
-        }
-    }
-}
-
 static void pdi_interface_anew(pd_dissolve *d)
 {
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
@@ -389,18 +317,8 @@ static void pdi_interface_anew(pd_dissolve *d)
 
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *d)
 {
-    int again = pdi_metal_bonds(d) && d->reached && d->desc.drive == PD_DRIVE_CONSTANT;
-    if (pdi_metal_bonds(d)) PDI_TRY(pdi_interface_reaches(ctx, d));
-    if (again) pdi_interface_again(d);
-    else pdi_interface_anew(d);
-    for (int32_t n = 0; n < d->beside_count && pdi_metal_bonds(d); n++) {
-        d->beside[n].weight = d->beside[n].enters;
-        for (int m = 0; m < d->kinds; m++) {
-            pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
-            portion->weight = portion->enters;
-        }
-    }
-    if (pdi_metal_bonds(d)) return PD_OK;
+    if (pdi_metal_bonds(d)) return pdi_reach_update(ctx, d);
+    pdi_interface_anew(d);
     pdi_interface_link(d, pdi_interface_count);
     pdi_interface_link(d, pdi_interface_arrive);
     return PD_OK;
@@ -412,19 +330,28 @@ PDI_FN int pdi_interface_lasts(const pd_dissolve *d)
     for (int32_t n = 0; n < d->beside_count; n++)
         for (int m = 0; m < d->kinds; m++) {
             const pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
+            if (d->beside[n].fresh || !(portion->enters > 0.0)) continue;
             if (portion->mean < portion->rated || portion->mean > portion->rated) return 0;
         }
     return 1;
 }
 
+PDI_FN int pdi_interface_stays(const pd_dissolve *d)
+{
+    return d->desc.activation && d->uniform && d->reached && !d->lags && d->lasts && d->gone_count == 0;
+}
+
 PDI_FN void pdi_interface_rated(pd_dissolve *d)
 {
+    d->lags = 0;
     d->lasts = pdi_metal_bonds(d) && d->desc.drive == PD_DRIVE_CONSTANT && d->gone_count == 0;
-    for (int32_t n = 0; n < d->beside_count && d->lasts; n++)
+    for (int32_t n = 0; n < d->beside_count && d->lasts; n++) {
+        d->beside[n].fresh = 0;
         for (int m = 0; m < d->kinds; m++) {
             pdi_metal_beside *portion = &pdi_metal_portion(d, &d->beside[n])[m];
             portion->rated = portion->mean;
         }
+    }
 }
 
 PDI_FN void pdi_interface_spare(pd_dissolve *d)

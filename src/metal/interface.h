@@ -5,8 +5,7 @@
  */
 #ifndef PD_INTERFACE_H
 #define PD_INTERFACE_H
-#include "metal/entry.h"
-#include "metal/metal.h"
+#include "metal/reach.h"
 
 #ifdef PDI_INTERNAL
 /* Where bond k of metal node j enters the fluid; entry->count is 0 where it does not. */
@@ -15,8 +14,6 @@ PDI_FN void pdi_interface_find(const pd_dissolve *dissolve, int32_t j, int k, pd
 PDI_FN double pdi_interface_weight(const pd_dissolve *dissolve, int32_t j, int32_t i, int k, const pdi_entry *entry);
 /* The fluid beside metal, as nodes and contents are now. */
 PDI_FN pd_status pdi_interface_land(pd_ctx *ctx, pd_dissolve *dissolve);
-PDI_FN void pdi_interface_list(pdi_owner *owner, void *dissolve);
-PDI_FN void pdi_interface_row_list(pdi_owner *owner, void *dissolve);
 /* Speed [m/s] that the law gives at a node, on its line. */
 PDI_FN double pdi_interface_line(const pd_dissolve *dissolve, const pdi_beside *beside);
 /* R of the film [mol s/m4]; HUGE_VAL: nothing passes it. */
@@ -36,6 +33,8 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *dissolve, int32_t f);
 PDI_FN double pdi_interface_pace(const pd_dissolve *dissolve, int32_t f);
 /* 1: the rates were found with the speeds of now. pdi_interface_rated: they have just been found. */
 PDI_FN int pdi_interface_lasts(const pd_dissolve *dissolve);
+/* 1: they were, and the fluid beside metal is as it was then. */
+PDI_FN int pdi_interface_stays(const pd_dissolve *dissolve);
 PDI_FN void pdi_interface_rated(pd_dissolve *dissolve);
 /* What `used` and `paid` say of pieces of metal that do not last the step is given once for all (eq. 6.6b). */
 PDI_FN void pdi_interface_spare(pd_dissolve *dissolve);

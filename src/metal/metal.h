@@ -88,15 +88,17 @@ typedef struct pd_dissolve {
     double retry_dt;          /* [s] after PD_RETRY: the step to try next */
     double next_dt;           /* [s] longest step that the error in time of the last one proposes; HUGE_VAL: any */
     int rounds;               /* linear systems in the last step */
-    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`; -1: it is none */
+    int32_t *slot;            /* [total] place of a fluid node beside metal in `beside`, and with bonds of an exposed
+                               * node in `reach`; -1: it has none */
     struct pdi_beside *beside; /* these nodes */
     struct pdi_metal_beside *portion; /* [beside_capacity, kinds] the metals beside them */
     int32_t beside_count, beside_capacity;
     double *rate;             /* [total] [1/s] solid nodes: share of the supply lost per time in the last step */
-    struct pdi_reach *reach;  /* bonds: those of the exposed nodes to fluid that takes metal */
-    int32_t *reach_first;     /* [front_count+1] where those of an exposed node begin */
-    int32_t reach_capacity, reach_rows;
-    int reached;              /* 1: they are those of now */
+    uint32_t *reach;          /* bonds: [reach_rows][words] bit k % 32 of word k / 32: bond k of an exposed node leads
+                               * to fluid that takes metal */
+    int32_t reach_rows, reach_used;
+    int reached;              /* 1: they are those of now, but for touched nodes */
+    int lags;                 /* 1: nodes have been touched since the rates were found */
     int lasts;                /* 1: `rate` of all exposed nodes follows from the speeds `rated` of now */
     int32_t *pinned;          /* [beside_capacity] see pd_transport */
     /* ---- bonds: */
@@ -122,6 +124,7 @@ typedef struct pdi_metal_kind {
     pd_metal law;
     double ratio;    /* [-] ln(Cs/Csat), of a drive by difference */
     double from, to; /* [mol/m3] a uniform law is positive between these; HUGE_VAL: it ends nowhere */
+    int32_t like;    /* place in `beside` of a node that this metal is alone at and whose line is known; -1: none */
 } pdi_metal_kind;
 
 /* One of the metals beside a fluid node. */
@@ -150,13 +153,9 @@ typedef struct pdi_beside {
     double film;           /* [mol/m3] sum of weight times the film */
     double flux;           /* [mol/m4] sum of weight times f Cs/Cs of the first metal */
     double before;         /* [m/s] speed at the start of the step */
+    int fresh;             /* 1: bonds: not there when the rates were found */
     pdi_law_point point;
 } pdi_beside;
-
-/* A bond of an exposed node, and the fluid node at its end. */
-typedef struct pdi_reach {
-    int32_t node, bond;
-} pdi_reach;
 
 static inline int pdi_metal_bonds(const pd_dissolve *d) { return d->desc.model == PD_METAL_BONDS; }
 static inline double pdi_metal_factor(const pd_dissolve *d, int32_t solid)

@@ -273,6 +273,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
+    d.bonds = &plan->bonds;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
     d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
@@ -283,13 +284,11 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
     if (u->has_corrode) {
-        /* metal within a horizon of fluid, which takes a quarter of its bonds on average; lists have room to grow */
+        /* metal within a horizon of fluid; there is room for more */
         double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
-        d.reach_rows = (int32_t)layers;
-        d.reach_capacity = (int32_t)fmin(0.3125 * layers * b->bonds, INT32_MAX);
+        d.reach_rows = (int32_t)(1.25 * layers);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
-        *bytes += pdi_footprint_list(plan, pdi_interface_list, &d);
-        *bytes += pdi_footprint_list(plan, pdi_interface_row_list, &d);
+        *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
     if (u->passive >= 0) *bytes += b->nodes;
     if (u->metals > 1) *bytes += b->nodes;

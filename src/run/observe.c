@@ -75,16 +75,18 @@ static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
     const double *c = m->transport.c, *u = pdi_model_velocity(m);
-    o->v_max = o->c_max = 0.0;
+    double c_max = 0.0, v_max = 0.0, front = o->front;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
-        if (c) o->c_max = fmax(o->c_max, c[i]);
-        if (o->depth) o->front = fmax(o->front, (double)o->depth[i]);
+        if (c && c[i] > c_max) c_max = c[i];
+        if (o->depth && (double)o->depth[i] > front) front = (double)o->depth[i];
         for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
-        o->v_max = fmax(o->v_max, square);
+        if (square > v_max) v_max = square;
     }
-    o->v_max = sqrt(o->v_max);
+    o->c_max = c_max;
+    o->v_max = sqrt(v_max);
+    o->front = front;
 }
 
 /* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */

@@ -28,32 +28,14 @@
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* Mean of a field over the fluid. */
-static double pdi_transport_mean(const pd_ctx *ctx, const pd_transport *t, const double *c)
-{
-    enum { parts = 64 };
-    double part[parts], sum = 0.0;
-    const uint8_t *kind = t->grid->kind;
-    int64_t total = t->grid->total;
-    int nt = pdi_par_threads(ctx, total);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
-        part[q] = 0.0;
-        for (int64_t i = total * q / parts; i < total * (q + 1) / parts; i++)
-            part[q] += kind[i] == PD_FLUID ? c[i] : 0.0;
-    }
-    for (int q = 0; q < parts; q++) sum += part[q];
-    return t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
-}
-
 /* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
  * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
     int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double mean = rests ? pdi_transport_mean(ctx, t, c) : 0.0;
+    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
@@ -538,24 +520,14 @@ PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int 
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }
 
-static double pdi_transport_total(const pd_transport *t, const double *field)
-{
-    pdi_sum sum = {0.0, 0.0};
-    for (int32_t i = 0; i < t->grid->total; i++)
-        if (t->grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, field[i] * pdi_grid_circumference(t->grid, i));
-    return pdi_sum_total(&sum) * t->bonds->stencil->volume;
-}
-
 double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
 {
-    (void)ctx;
-    return pdi_transport_total(t, t->c);
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->c) * t->bonds->stencil->volume;
 }
 
 double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 {
-    (void)ctx;
-    return pdi_transport_total(t, t->carry);
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
 }
 
 PDI_FN void pdi_transport_open(pd_transport *t)
