@@ -91,6 +91,10 @@
  *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
+ *   solid/
+ *     body       material points of a solid and their families.
+ *     elastic    small strains of a body by bond-associated correspondence.
+ *     equilibrium displacements of an elastic body at rest under loads and held points.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -3541,6 +3545,176 @@ PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 /* Arrays of a pd_two_stage. */
 PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
+
+#endif
+
+/* ======== >>solid/body.h ======== */
+/* body: material points of a solid and their families.
+ *
+ * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
+ * or with `spacing` |xi| < horizon + spacing/2, where cells at the rim count with the part that lies within the
+ * horizon. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
+ * does not depend on the order of the points. Search: cell lists, O(count).
+ */
+#ifndef PD_BODY_H
+#define PD_BODY_H
+
+typedef struct pd_body_desc {
+    int32_t count;
+    const double *position; /* [count][PD_DIM] [m] */
+    const double *volume;   /* [count] [m^d] */
+    double horizon;         /* [m] */
+    double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
+} pd_body_desc;
+
+typedef struct pd_body {
+    int32_t count;
+    double horizon;    /* [m] */
+    double spacing;    /* [m] */
+    double *position;  /* [count][PD_DIM] [m] */
+    double *volume;    /* [count] [m^d] */
+    int64_t bonds;     /* of all families: each bond counts twice */
+    int64_t *row;      /* [count + 1] begin of each family in column */
+    int32_t *column;   /* [bonds] points */
+    uint32_t *broken;  /* [bonds/32 + 1] bit b % 32 of word b / 32: bond b is broken */
+} pd_body;
+
+#define pd_body_build PD_NAME(pd_body_build)
+#define pd_body_free PD_NAME(pd_body_free)
+
+/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
+ * PD_ERR_GEOMETRY: two points at one place (the message names both). */
+PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
+PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+
+/* The other end of a bond less point i [m]. */
+static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, double *xi)
+{
+    const double *from = body->position + (int64_t)i * PD_DIM;
+    const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+static inline int pdi_body_intact(const pd_body *body, int64_t bond)
+{
+    return !(body->broken[bond >> 5] >> (bond & 31) & 1u);
+}
+/* Part of a cell at the distance r [m] that lies within the horizon [-]. */
+static inline double pdi_body_part(const pd_body *body, double r)
+{
+    double inside = body->horizon + 0.5 * body->spacing - r;
+    return inside < body->spacing ? inside / body->spacing : 1.0;
+}
+#endif
+
+#endif
+
+/* ======== >>solid/elastic.h ======== */
+/* elastic: small strains of a body by bond-associated correspondence.
+ *
+ * The family of point i has the displacement gradient  H = sum w V_j eta (K^-1 xi)^T,  K = sum w V_j xi xi^T,  with
+ * eta = u_j - u_i. A bond has its own,  H_b = H + (eta - H xi) xi^T/r^2,  which gives the bond its true elongation: no
+ * pattern of displacements is without energy. The energy density is  W = (1/w_0) sum w V_j psi(H_b),  w_0 = sum w V_j,
+ * and forces are its derivative: they are symmetric, and there is no parameter. Linear fields are exact in every
+ * family, whole or cut, for any Poisson ratio.
+ *
+ * Sources: Breitzman and Dayal 2018 (bond-level deformation gradient); Behzadinasab and Foster 2020 (semi-Lagrangian
+ * correspondence, eq. 16); Silling, Epton, Weckner, Xu and Askari 2007 (states).
+ */
+#ifndef PD_ELASTIC_H
+#define PD_ELASTIC_H
+
+typedef enum pd_plane {
+    PD_PLANE_STRAIN = 0,
+    PD_PLANE_STRESS
+} pd_plane;
+
+typedef enum pd_influence {
+    PD_INFLUENCE_CONSTANT = 0, /* 1 */
+    PD_INFLUENCE_INVERSE,      /* horizon/r */
+    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
+} pd_influence;
+
+typedef struct pd_elastic_desc {
+    double young;   /* [Pa] E */
+    double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
+    pd_plane plane; /* of 2D */
+    pd_influence influence;
+} pd_elastic_desc;
+
+typedef struct pd_elastic {
+    pd_elastic_desc desc;
+    const pd_body *body;
+    double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *total;     /* [count] [m^d] w_0 */
+    double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
+    double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
+    double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+} pd_elastic;
+
+#define pd_elastic_build PD_NAME(pd_elastic_build)
+#define pd_elastic_update PD_NAME(pd_elastic_update)
+#define pd_elastic_force PD_NAME(pd_elastic_force)
+#define pd_elastic_stress PD_NAME(pd_elastic_stress)
+#define pd_elastic_free PD_NAME(pd_elastic_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range. PD_ERR_GEOMETRY: as of pd_elastic_update. */
+PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+/* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
+ * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
+ * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
+ * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
+PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
+PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+/* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
+PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
+PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
+/* Energy [J] (per m in 2D, per m2 in 1D) of displacements. */
+PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
+/* Weight w [-] of a bond of length r [m]. */
+PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
+#endif
+
+#endif
+
+/* ======== >>solid/equilibrium.h ======== */
+/* equilibrium: displacements of an elastic body at rest under loads and held points.
+ *
+ * The forces are linear and symmetric: conjugate gradients, preconditioned by the blocks that single bonds give each
+ * point. A body that nothing holds may move as a whole; then the loads have to balance.
+ */
+#ifndef PD_EQUILIBRIUM_H
+#define PD_EQUILIBRIUM_H
+
+typedef struct pd_equilibrium_desc {
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
+    double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
+                            * 1e-10 */
+    int max_iterations;    /* 0: 10000 */
+} pd_equilibrium_desc;
+
+typedef struct pd_equilibrium_result {
+    int iterations;
+    double residual; /* [-] as of rtol */
+} pd_equilibrium_result;
+
+#define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
+
+/* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
+ * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite.
+ * PD_ERR_DIVERGED: the body has a piece that bonds do not hold together. */
+PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
+                                      const double *load, double *u, pd_equilibrium_result *result);
 
 #endif
 
@@ -22072,6 +22246,769 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 {
     pdi_owner_free(ctx, pdi_two_stage_list, a);
     memset(a, 0, sizeof *a);
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
+/* ======== >>solid/body.c ======== */
+/* body: see body.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
+#define PDI_BODY_ROUNDING 1e-9
+
+/* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
+typedef struct pdi_body_cells {
+    int32_t n[PD_DIM];
+    double lo[PD_DIM], width[PD_DIM];
+    int32_t count;
+    int32_t *first; /* [count + 1] begin of each cell in point */
+    int32_t *point; /* [points] */
+    int32_t *rank;  /* [points] place of a point among all, by its coordinates */
+    int32_t *at;    /* [points] the point of a rank */
+} pdi_body_cells;
+
+/* A point on its way through the sort by places. */
+typedef struct pdi_body_place {
+    double x[PD_DIM];
+    int32_t point;
+} pdi_body_place;
+
+static int pdi_body_compare(const void *a, const void *b)
+{
+    const pdi_body_place *p = (const pdi_body_place *)a, *q = (const pdi_body_place *)b;
+    for (int d = PD_DIM - 1; d >= 0; d--)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return 0;
+}
+
+PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
+    PDI_ARRAY(owner, body, volume, body->count, "m^d");
+    PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+}
+
+PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, column, body->bonds, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds / 32 + 1, "1");
+}
+
+static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
+{
+    PDI_DELETE(ctx, c->count + 1, c->first);
+    PDI_DELETE(ctx, points, c->point);
+    PDI_DELETE(ctx, points, c->rank);
+    PDI_DELETE(ctx, points, c->at);
+}
+
+/* Length of the longest bond [m]. */
+static double pdi_body_reach(const pd_body *body)
+{
+    return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
+}
+
+static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *index)
+{
+    int32_t cell = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int32_t i = (int32_t)((x[d] - c->lo[d]) / c->width[d]);
+        i = i < c->n[d] ? i : c->n[d] - 1;
+        if (index) index[d] = i;
+        cell = cell * c->n[d] + i;
+    }
+    return cell;
+}
+
+/* As many cells along each axis as bonds fit, and all in all no more than points. */
+static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
+{
+    double size[PD_DIM], reach = pdi_body_reach(body);
+    for (int d = 0; d < PD_DIM; d++) {
+        double lo = HUGE_VAL, hi = -HUGE_VAL;
+        for (int32_t i = 0; i < body->count; i++) {
+            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+        }
+        c->lo[d] = lo;
+        size[d] = hi - lo;
+    }
+    for (double cells = HUGE_VAL, wide = reach; cells > (double)body->count; wide *= 1.5) {
+        cells = 1.0;
+        for (int d = 0; d < PD_DIM; d++) cells *= fmax(floor(size[d] / wide), 1.0);
+        for (int d = 0; d < PD_DIM && cells <= (double)body->count; d++) {
+            c->n[d] = (int32_t)fmax(floor(size[d] / wide), 1.0);
+            c->width[d] = fmax(size[d] / c->n[d], reach);
+        }
+    }
+    c->count = 1;
+    for (int d = 0; d < PD_DIM; d++) c->count *= c->n[d];
+}
+
+static pd_status pdi_body_sort(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+{
+    pdi_body_place *place = NULL;
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, place));
+    for (int32_t i = 0; i < body->count; i++) {
+        place[i].point = i;
+        memcpy(place[i].x, body->position + (int64_t)i * PD_DIM, sizeof place[i].x);
+    }
+    qsort(place, (size_t)body->count, sizeof *place, pdi_body_compare);
+    int32_t twin = -1;
+    for (int32_t k = 0; k < body->count; k++) {
+        c->at[k] = place[k].point;
+        c->rank[place[k].point] = k;
+        if (k && pdi_body_compare(&place[k - 1], &place[k]) == 0) twin = k;
+    }
+    PDI_DELETE(ctx, body->count, place);
+    if (twin < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->at[twin - 1],
+                    (int)c->at[twin]);
+}
+
+static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+{
+    PDI_TRY(PDI_NEW(ctx, "body", c->count + 1, c->first));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->rank));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->at));
+    PDI_TRY(pdi_body_sort(ctx, body, c));
+    for (int32_t i = 0; i < body->count; i++)
+        c->first[pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL) + 1]++;
+    for (int32_t k = 0; k < c->count; k++) c->first[k + 1] += c->first[k];
+    for (int32_t k = body->count - 1; k >= 0; k--) { /* by rank within a cell */
+        int32_t i = c->at[k];
+        int32_t cell = pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL);
+        c->point[--c->first[cell + 1]] = i;
+    }
+    for (int32_t k = 0; k < c->count; k++) c->first[k] = c->first[k + 1];
+    c->first[c->count] = body->count;
+    return PD_OK;
+}
+
+/* The family of point i as ranks, into `to` where that is not NULL; how many. */
+static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    double reach = pdi_body_reach(body);
+    int32_t own[PD_DIM], found = 0, around = 1;
+    pdi_body_cell(c, x, own);
+    for (int d = 0; d < PD_DIM; d++) around *= 3;
+    for (int32_t k = 0; k < around; k++) {
+        int32_t cell = 0, stride = 1, inside = 1;
+        for (int32_t d = 0, rest = k; d < PD_DIM; stride *= c->n[d++], rest /= 3) {
+            int32_t at = own[d] + rest % 3 - 1;
+            inside = inside && at >= 0 && at < c->n[d];
+            cell += at * stride;
+        }
+        if (!inside) continue;
+        for (int32_t p = c->first[cell]; p < c->first[cell + 1]; p++) {
+            int32_t j = c->point[p];
+            double square = 0.0;
+            for (int d = 0; d < PD_DIM; d++) {
+                double xi = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                square += xi * xi;
+            }
+            if (j == i || square > reach * reach || (body->spacing > 0.0 && !(sqrt(square) < reach))) continue;
+            if (to) to[found] = c->rank[j];
+            found++;
+        }
+    }
+    return found;
+}
+
+static int pdi_body_ascend(const void *a, const void *b)
+{
+    int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
+    return (p > q) - (p < q);
+}
+
+static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
+    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
+    body->bonds = body->row[body->count];
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int32_t *family = body->column + body->row[i];
+        size_t length = (size_t)pdi_body_family(body, c, i, family);
+        qsort(family, length, sizeof *family, pdi_body_ascend);
+        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
+{
+    if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
+        !(desc->spacing <= desc->horizon))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
+                        "%d points, horizon %g m, spacing %g m: expected at least one point and a finite horizon of at "
+                        "least a spacing", (int)desc->count, desc->horizon, desc->spacing);
+    for (int32_t i = 0; i < desc->count; i++) {
+        int good = desc->volume[i] > 0.0 && desc->volume[i] < 1e100;
+        for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->position[(int64_t)i * PD_DIM + d]) < 1e100;
+        if (!good)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "point %d at x = %g m has the volume %g, expected finite "
+                            "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
+                            desc->volume[i]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
+{
+    PDI_TRY(pdi_body_check(ctx, desc));
+    body->count = desc->count;
+    body->horizon = desc->horizon;
+    body->spacing = desc->spacing;
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
+    memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
+    memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
+    pdi_body_divide(body, cells);
+    PDI_TRY(pdi_body_collect(ctx, body, cells));
+    return pdi_body_families(ctx, body, cells);
+}
+
+pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
+{
+    pdi_body_cells cells;
+    memset(body, 0, sizeof *body);
+    memset(&cells, 0, sizeof cells);
+    pd_status status = pdi_body_make(ctx, desc, body, &cells);
+    pdi_body_cells_free(ctx, desc->count, &cells);
+    if (status < 0) pd_body_free(ctx, body);
+    return status;
+}
+
+void pd_body_free(pd_ctx *ctx, pd_body *body)
+{
+    pdi_owner_free(ctx, pdi_body_list, body);
+    pdi_owner_free(ctx, pdi_body_row_list, body);
+    memset(body, 0, sizeof *body);
+}
+
+#undef PDI_BODY_ROUNDING
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
+/* ======== >>solid/elastic.c ======== */
+/* elastic: see elastic.h */
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_ELASTIC_FLAT 1e-6
+
+enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN double pdi_elastic_weight(const pd_elastic *e, double r)
+{
+    const pd_body *body = e->body;
+    double part = pdi_body_part(body, r);
+    if (e->desc.influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
+    if (e->desc.influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
+    return part;
+}
+
+/* Scalar product. */
+static inline double pdi_elastic_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+/* Bond b of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, double *xi, double *over, double *weight)
+{
+    *weight = (double)e->weight[b];
+    if (!(*weight > 0.0)) return 0;
+    pdi_body_bond(e->body, i, b, xi);
+    *over = 1.0 / pdi_elastic_dot(xi, xi);
+    *weight *= e->body->volume[e->body->column[b]];
+    return 1;
+}
+
+/* y = A x, or A^T x. */
+static inline void pdi_elastic_times(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
+    }
+}
+
+static inline void pdi_elastic_times_transposed(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[q * PD_DIM + p] * x[q];
+    }
+}
+
+/* c = a b. */
+static inline void pdi_elastic_product(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline double pdi_elastic_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d * PD_DIM + d];
+    return sum;
+}
+
+/* Stress of a displacement gradient [Pa]. */
+static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double *p)
+{
+    double trace = pdi_elastic_trace(h);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++)
+            p[a * PD_DIM + b] = e->mu * (h[a * PD_DIM + b] + h[b * PD_DIM + a]) + (a == b ? e->lambda * trace : 0.0);
+}
+
+/* What a bond does otherwise than the gradient h of a family says: z = eta - h xi [m]; returns z.xi/r^2. */
+static inline double pdi_elastic_stray(const double *h, const double *xi, const double *eta, double over, double *z)
+{
+    pdi_elastic_times(h, xi, z);
+    for (int d = 0; d < PD_DIM; d++) z[d] = eta[d] - z[d];
+    return pdi_elastic_dot(z, xi) * over;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
+{
+    pd_elastic *elastic = (pd_elastic *)object;
+    int64_t count = elastic->body ? elastic->body->count : 0;
+    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
+    PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, total, count, "m^d");
+    PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, elastic, gradient, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, moment, count * PDI_ELASTIC_TENSOR, "Pa/m^(d+2)");
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. */
+static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
+{
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        pdi_body_bond(e->body, i, b, xi);
+        e->weight[b] = pdi_body_intact(e->body, b) ? (float)pdi_elastic_weight(e, sqrt(pdi_elastic_dot(xi, xi))) : 0.0f;
+    }
+}
+
+/* Tensors of the family of point i. 0: it spans no space. */
+static int pdi_elastic_family(const pd_elastic *e, int32_t i)
+{
+    const pd_body *body = e->body;
+    double k[PDI_ELASTIC_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
+    double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        total += weight;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                k[p * PD_DIM + q] += weight * scale * xi[p] * xi[q];
+                mean[p * PD_DIM + q] += weight * xi[p] * xi[q] * over;
+            }
+    }
+    e->total[i] = total;
+    if (!(total > 0.0)) return 0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
+    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) return 0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] *= scale / total;
+    return 1;
+}
+
+/* g of point i at bond xi over w: the stress P gives the bond the force P g. */
+static void pdi_elastic_share(const pd_elastic *e, int32_t i, const double *xi, double over, double *g)
+{
+    double at[PD_DIM], back[PD_DIM];
+    pdi_elastic_times(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, xi, at);
+    pdi_elastic_times(e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, at, back);
+    for (int d = 0; d < PD_DIM; d++) g[d] = xi[d] * over / e->total[i] + at[d] - back[d];
+}
+
+static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
+{
+    double xi[PD_DIM], own[PD_DIM], other[PD_DIM], *edge = e->edge + (int64_t)i * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_share(e, i, xi, over, own);
+        pdi_elastic_share(e, e->body->column[b], xi, over, other);
+        for (int d = 0; d < PD_DIM; d++) edge[d] += weight * (own[d] + other[d]);
+    }
+}
+
+pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = -1;
+    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_elastic_weights(e, i);
+        if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(e->total[i] > 0.0)) flat = i;
+    if (flat >= 0) {
+        int64_t bonds = 0;
+        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += pdi_body_intact(body, b);
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
+    return PD_OK;
+}
+
+static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    memset(e, 0, sizeof *e);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    e->desc = *desc;
+    e->body = body;
+    e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
+    e->lambda = PD_DIM == 1 ? desc->young : desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) e->lambda = desc->young * nu / (1.0 - nu * nu);
+    PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
+    return pd_elastic_update(ctx, e);
+}
+
+pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    pd_status status = pdi_elastic_make(ctx, body, desc, e);
+    if (status < 0) pd_elastic_free(ctx, e);
+    return status;
+}
+
+void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
+{
+    pdi_owner_free(ctx, pdi_elastic_list, e);
+    memset(e, 0, sizeof *e);
+}
+
+/* ---- forces ---- */
+
+/* Displacement of the other end of bond b less that of point i [m]. */
+static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t i, int64_t b, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)e->body->column[b] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* H of point i. */
+static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i, double *h)
+{
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) sum[p * PD_DIM + q] += weight * eta[p] * xi[q];
+    }
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
+}
+
+/* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
+ * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
+static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
+{
+    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
+    double xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        double s = pdi_elastic_stray(h, xi, eta, over, z);
+        weight /= e->total[i];
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                double across = (p == q ? 1.0 : 0.0) - xi[p] * xi[q] * over;
+                double share = e->lambda * s * across + e->mu * over * xi[p] * (z[q] - s * xi[q]);
+                sum[p * PD_DIM + q] += weight * share;
+            }
+    }
+    pdi_elastic_law(e, h, stress);
+    pdi_elastic_product(stress, mean, part);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += stress[p] - part[p];
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
+}
+
+/* What the family of point i puts on a bond xi, over w, added to f. */
+static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double *xi, const double *eta, double over,
+                                    double *f)
+{
+    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
+    double share = over / e->total[i], trace = pdi_elastic_trace(h) + s;
+    pdi_elastic_times_transposed(h, xi, turned);
+    pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
+    for (int d = 0; d < PD_DIM; d++)
+        f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
+}
+
+void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+{
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 100);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_elastic_gradient(e, u, i, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR);
+        pdi_elastic_moment(e, u, i);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double over, weight, f[PD_DIM] = {0.0};
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            pdi_elastic_eta(e, u, i, b, eta);
+            pdi_elastic_pull(e, i, xi, eta, over, f);
+            pdi_elastic_pull(e, body->column[b], xi, eta, over, f);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += weight * f[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+{
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR];
+        double xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+        pdi_elastic_gradient(e, u, i, h);
+        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+            double over, weight, density = 0.0;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            pdi_elastic_eta(e, u, i, b, eta);
+            pdi_elastic_stray(h, xi, eta, over, z);
+            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+            pdi_elastic_law(e, own, p);
+            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+            sum += weight * density;
+        }
+        pdi_sum_add(&all, e->body->volume[i] * sum / e->total[i]);
+    }
+    return pdi_sum_total(&all);
+}
+
+void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
+{
+    (void)ctx;
+    for (int64_t i = 0; i < e->body->count; i++)
+        pdi_elastic_law(e, e->gradient + i * PDI_ELASTIC_TENSOR, stress + i * PDI_ELASTIC_TENSOR);
+}
+
+#undef PDI_ELASTIC_FLAT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
+/* ======== >>solid/equilibrium.c ======== */
+/* equilibrium: see equilibrium.h */
+#include <math.h>
+#include <string.h>
+
+enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
+
+typedef struct pdi_equilibrium {
+    pd_ctx *ctx;
+    const pd_elastic *elastic;
+    const pd_equilibrium_desc *desc;
+    int64_t n;     /* components of all points */
+    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
+    double *rest;  /* [n] [N] */
+    double *step;  /* [n] [m] */
+    pd_krylov krylov;
+} pdi_equilibrium;
+
+static void pdi_equilibrium_list(pdi_owner *owner, void *object)
+{
+    pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
+    PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
+    PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
+}
+
+static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
+
+/* y = -V force(x) of what is free. */
+static void pdi_equilibrium_apply(void *user, const double *x, double *y)
+{
+    const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    const double *volume = q->elastic->body->volume;
+    pd_elastic_force(q->ctx, q->elastic, x, y);
+    for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
+}
+
+static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
+{
+    const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    for (int64_t i = 0; i < q->n / PD_DIM; i++)
+        for (int a = 0; a < PD_DIM; a++) {
+            const double *row = q->block + i * PDI_EQUILIBRIUM_BLOCK + a * PD_DIM;
+            double sum = 0.0;
+            for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
+            y[i * PD_DIM + a] = pdi_equilibrium_held(q, i * PD_DIM + a) ? 0.0 : sum;
+        }
+}
+
+/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. Components
+ * that are held are left out. */
+static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
+{
+    const pd_elastic *e = q->elastic;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(q->ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double a[PDI_EQUILIBRIUM_BLOCK] = {0.0}, xi[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            pdi_body_bond(body, i, b, xi);
+            double square = pdi_vec_dot(xi, xi), volumes = body->volume[i] * body->volume[j];
+            double share = (double)e->weight[b] * volumes / square * (1.0 / e->total[i] + 1.0 / e->total[j]);
+            for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] / square);
+            }
+        }
+        for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
+            int64_t row = (int64_t)i * PD_DIM + p / PD_DIM, column = (int64_t)i * PD_DIM + p % PD_DIM;
+            if (row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column))) a[p] = 0.0;
+        }
+        pdi_vec_invert(a, q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK);
+    }
+}
+
+static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *x, const char *what)
+{
+    for (int64_t k = 0; x && k < q->n; k++)
+        if (!(fabs(x[k]) < 1e200))
+            return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the %s of point %.0f is %g", what,
+                            (double)(k / PD_DIM), x[k]);
+    return PD_OK;
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, double *u, pd_equilibrium_result *result)
+{
+    const double *volume = q->elastic->body->volume;
+    pd_krylov_desc kd;
+    pd_krylov_result linear;
+    double size = 0.0;
+    PDI_TRY(pdi_equilibrium_finite(q, load, "load"));
+    PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
+    PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
+    memset(&kd, 0, sizeof kd);
+    kd.method = PD_KRYLOV_CG;
+    kd.n = q->n;
+    kd.components = 1;
+    kd.zero_guess = 1;
+    kd.rtol = 1e-15;
+    kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
+    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
+    pdi_equilibrium_blocks(q);
+    /* the loads, and what is held as it pulls on points that have not moved, are the size of the problem */
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) {
+        double given = (load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0) - q->rest[k];
+        size += given * given;
+    }
+    size = sqrt(size);
+    pdi_equilibrium_apply(q, u, q->rest);
+    for (int64_t k = 0; k < q->n; k++) {
+        double given = load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0;
+        q->rest[k] = given - q->rest[k];
+    }
+    q->krylov.desc.atol = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
+                                        q->rest, q->step, &linear);
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    result->iterations = linear.iterations;
+    result->residual = size > 0.0 ? linear.residual / size : 0.0;
+    return status;
+}
+
+pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
+                                       const double *load, double *u, pd_equilibrium_result *result)
+{
+    pdi_equilibrium q;
+    memset(&q, 0, sizeof q);
+    memset(result, 0, sizeof *result);
+    q.ctx = ctx;
+    q.elastic = elastic;
+    q.desc = desc;
+    q.n = (int64_t)elastic->body->count * PD_DIM;
+    pd_status status = pdi_equilibrium_run(&q, load, u, result);
+    pdi_krylov_free(ctx, &q.krylov);
+    pdi_owner_free(ctx, pdi_equilibrium_list, &q);
+    return status;
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options

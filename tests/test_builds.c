@@ -12,6 +12,7 @@
 #include "run/observe.h"
 #include "io/png.h"
 #include "run/coarser.h"
+#include "solid/elastic.h"
 #include <stddef.h>
 
 #if PD_DIM == 1
@@ -45,6 +46,7 @@ typedef struct lab {
     pd_flow flow;
     pd_steady steady;   /* of that flow, with what steps in time need */
     pd_grid rings;
+    pd_body body;
     pd_stencil_desc family;
     pd_grid_desc box;
     int wrong; /* arguments that are refused */
@@ -74,6 +76,21 @@ static pd_flow_desc stream(const lab *l)
     return d;
 }
 
+/* Points of a block of four cells along each axis. */
+static pd_status make_body_of(pd_ctx *ctx, int wrong, pd_body *o)
+{
+    static double position[64 * PD_DIM], volume[64];
+    pd_body_desc d;
+    memset(&d, 0, sizeof d);
+    d.count = PD_DIM == 1 ? 4 : PD_DIM == 2 ? 16 : 64;
+    for (int k = 0; k < d.count * PD_DIM; k++) position[k] = (double)(k / PD_DIM >> 2 * (k % PD_DIM) & 3);
+    for (int k = 0; k < d.count; k++) volume[k] = 1.0;
+    d.position = position;
+    d.volume = volume;
+    d.horizon = wrong ? -1.0 : 2.0;
+    return pd_body_build(ctx, &d, o);
+}
+
 static int ready(lab *l)
 {
     memset(l, 0, sizeof *l);
@@ -100,11 +117,13 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->bonds, &still, &l->flow)) &&
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
            CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
-           CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings));
+           CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings)) &&
+           CHECK_OK(&l->ctx, make_body_of(&l->ctx, 0, &l->body));
 }
 
 static void tidy(lab *l)
 {
+    pd_body_free(&l->ctx, &l->body);
     pd_grid_free(&l->ctx, &l->rings);
     pd_steady_free(&l->ctx, &l->steady);
     pd_flow_free(&l->ctx, &l->flow);
@@ -359,6 +378,16 @@ INNER(compare, pd_compare)
     return status;
 }
 
+BUILD(body, pd_body) { return make_body_of(ctx, l->wrong, o); }
+
+BUILD(elastic, pd_elastic)
+{
+    pd_elastic_desc d;
+    memset(&d, 0, sizeof d);
+    d.young = l->wrong ? 0.0 : 1.0;
+    return pd_elastic_build(ctx, &l->body, &d, o);
+}
+
 BUILD(sweep, pd_sweep)
 {
     static const char *axes[] = {"until=1 s, 2 s"}, *wrong[] = {"until="};
@@ -406,6 +435,7 @@ static const entry builds[] = {
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)

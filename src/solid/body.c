@@ -1,0 +1,249 @@
+/* body: see body.h */
+#include "solid/body.h"
+#include "core/par.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
+#define PDI_BODY_ROUNDING 1e-9
+
+/* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
+typedef struct pdi_body_cells {
+    int32_t n[PD_DIM];
+    double lo[PD_DIM], width[PD_DIM];
+    int32_t count;
+    int32_t *first; /* [count + 1] begin of each cell in point */
+    int32_t *point; /* [points] */
+    int32_t *rank;  /* [points] place of a point among all, by its coordinates */
+    int32_t *at;    /* [points] the point of a rank */
+} pdi_body_cells;
+
+/* A point on its way through the sort by places. */
+typedef struct pdi_body_place {
+    double x[PD_DIM];
+    int32_t point;
+} pdi_body_place;
+
+static int pdi_body_compare(const void *a, const void *b)
+{
+    const pdi_body_place *p = (const pdi_body_place *)a, *q = (const pdi_body_place *)b;
+    for (int d = PD_DIM - 1; d >= 0; d--)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return 0;
+}
+
+PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
+    PDI_ARRAY(owner, body, volume, body->count, "m^d");
+    PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+}
+
+PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, column, body->bonds, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds / 32 + 1, "1");
+}
+
+static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
+{
+    PDI_DELETE(ctx, c->count + 1, c->first);
+    PDI_DELETE(ctx, points, c->point);
+    PDI_DELETE(ctx, points, c->rank);
+    PDI_DELETE(ctx, points, c->at);
+}
+
+/* Length of the longest bond [m]. */
+static double pdi_body_reach(const pd_body *body)
+{
+    return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
+}
+
+static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *index)
+{
+    int32_t cell = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int32_t i = (int32_t)((x[d] - c->lo[d]) / c->width[d]);
+        i = i < c->n[d] ? i : c->n[d] - 1;
+        if (index) index[d] = i;
+        cell = cell * c->n[d] + i;
+    }
+    return cell;
+}
+
+/* As many cells along each axis as bonds fit, and all in all no more than points. */
+static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
+{
+    double size[PD_DIM], reach = pdi_body_reach(body);
+    for (int d = 0; d < PD_DIM; d++) {
+        double lo = HUGE_VAL, hi = -HUGE_VAL;
+        for (int32_t i = 0; i < body->count; i++) {
+            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+        }
+        c->lo[d] = lo;
+        size[d] = hi - lo;
+    }
+    for (double cells = HUGE_VAL, wide = reach; cells > (double)body->count; wide *= 1.5) {
+        cells = 1.0;
+        for (int d = 0; d < PD_DIM; d++) cells *= fmax(floor(size[d] / wide), 1.0);
+        for (int d = 0; d < PD_DIM && cells <= (double)body->count; d++) {
+            c->n[d] = (int32_t)fmax(floor(size[d] / wide), 1.0);
+            c->width[d] = fmax(size[d] / c->n[d], reach);
+        }
+    }
+    c->count = 1;
+    for (int d = 0; d < PD_DIM; d++) c->count *= c->n[d];
+}
+
+static pd_status pdi_body_sort(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+{
+    pdi_body_place *place = NULL;
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, place));
+    for (int32_t i = 0; i < body->count; i++) {
+        place[i].point = i;
+        memcpy(place[i].x, body->position + (int64_t)i * PD_DIM, sizeof place[i].x);
+    }
+    qsort(place, (size_t)body->count, sizeof *place, pdi_body_compare);
+    int32_t twin = -1;
+    for (int32_t k = 0; k < body->count; k++) {
+        c->at[k] = place[k].point;
+        c->rank[place[k].point] = k;
+        if (k && pdi_body_compare(&place[k - 1], &place[k]) == 0) twin = k;
+    }
+    PDI_DELETE(ctx, body->count, place);
+    if (twin < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->at[twin - 1],
+                    (int)c->at[twin]);
+}
+
+static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+{
+    PDI_TRY(PDI_NEW(ctx, "body", c->count + 1, c->first));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->rank));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->at));
+    PDI_TRY(pdi_body_sort(ctx, body, c));
+    for (int32_t i = 0; i < body->count; i++)
+        c->first[pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL) + 1]++;
+    for (int32_t k = 0; k < c->count; k++) c->first[k + 1] += c->first[k];
+    for (int32_t k = body->count - 1; k >= 0; k--) { /* by rank within a cell */
+        int32_t i = c->at[k];
+        int32_t cell = pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL);
+        c->point[--c->first[cell + 1]] = i;
+    }
+    for (int32_t k = 0; k < c->count; k++) c->first[k] = c->first[k + 1];
+    c->first[c->count] = body->count;
+    return PD_OK;
+}
+
+/* The family of point i as ranks, into `to` where that is not NULL; how many. */
+static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    double reach = pdi_body_reach(body);
+    int32_t own[PD_DIM], found = 0, around = 1;
+    pdi_body_cell(c, x, own);
+    for (int d = 0; d < PD_DIM; d++) around *= 3;
+    for (int32_t k = 0; k < around; k++) {
+        int32_t cell = 0, stride = 1, inside = 1;
+        for (int32_t d = 0, rest = k; d < PD_DIM; stride *= c->n[d++], rest /= 3) {
+            int32_t at = own[d] + rest % 3 - 1;
+            inside = inside && at >= 0 && at < c->n[d];
+            cell += at * stride;
+        }
+        if (!inside) continue;
+        for (int32_t p = c->first[cell]; p < c->first[cell + 1]; p++) {
+            int32_t j = c->point[p];
+            double square = 0.0;
+            for (int d = 0; d < PD_DIM; d++) {
+                double xi = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                square += xi * xi;
+            }
+            if (j == i || square > reach * reach || (body->spacing > 0.0 && !(sqrt(square) < reach))) continue;
+            if (to) to[found] = c->rank[j];
+            found++;
+        }
+    }
+    return found;
+}
+
+static int pdi_body_ascend(const void *a, const void *b)
+{
+    int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
+    return (p > q) - (p < q);
+}
+
+static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
+    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
+    body->bonds = body->row[body->count];
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int32_t *family = body->column + body->row[i];
+        size_t length = (size_t)pdi_body_family(body, c, i, family);
+        qsort(family, length, sizeof *family, pdi_body_ascend);
+        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
+{
+    if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
+        !(desc->spacing <= desc->horizon))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
+                        "%d points, horizon %g m, spacing %g m: expected at least one point and a finite horizon of at "
+                        "least a spacing", (int)desc->count, desc->horizon, desc->spacing);
+    for (int32_t i = 0; i < desc->count; i++) {
+        int good = desc->volume[i] > 0.0 && desc->volume[i] < 1e100;
+        for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->position[(int64_t)i * PD_DIM + d]) < 1e100;
+        if (!good)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "point %d at x = %g m has the volume %g, expected finite "
+                            "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
+                            desc->volume[i]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
+{
+    PDI_TRY(pdi_body_check(ctx, desc));
+    body->count = desc->count;
+    body->horizon = desc->horizon;
+    body->spacing = desc->spacing;
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
+    memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
+    memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
+    pdi_body_divide(body, cells);
+    PDI_TRY(pdi_body_collect(ctx, body, cells));
+    return pdi_body_families(ctx, body, cells);
+}
+
+pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
+{
+    pdi_body_cells cells;
+    memset(body, 0, sizeof *body);
+    memset(&cells, 0, sizeof cells);
+    pd_status status = pdi_body_make(ctx, desc, body, &cells);
+    pdi_body_cells_free(ctx, desc->count, &cells);
+    if (status < 0) pd_body_free(ctx, body);
+    return status;
+}
+
+void pd_body_free(pd_ctx *ctx, pd_body *body)
+{
+    pdi_owner_free(ctx, pdi_body_list, body);
+    pdi_owner_free(ctx, pdi_body_row_list, body);
+    memset(body, 0, sizeof *body);
+}
+
+#undef PDI_BODY_ROUNDING

@@ -1,0 +1,63 @@
+/* body: material points of a solid and their families.
+ *
+ * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
+ * or with `spacing` |xi| < horizon + spacing/2, where cells at the rim count with the part that lies within the
+ * horizon. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
+ * does not depend on the order of the points. Search: cell lists, O(count).
+ */
+#ifndef PD_BODY_H
+#define PD_BODY_H
+#include "core/owner.h"
+
+typedef struct pd_body_desc {
+    int32_t count;
+    const double *position; /* [count][PD_DIM] [m] */
+    const double *volume;   /* [count] [m^d] */
+    double horizon;         /* [m] */
+    double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
+} pd_body_desc;
+
+typedef struct pd_body {
+    int32_t count;
+    double horizon;    /* [m] */
+    double spacing;    /* [m] */
+    double *position;  /* [count][PD_DIM] [m] */
+    double *volume;    /* [count] [m^d] */
+    int64_t bonds;     /* of all families: each bond counts twice */
+    int64_t *row;      /* [count + 1] begin of each family in column */
+    int32_t *column;   /* [bonds] points */
+    uint32_t *broken;  /* [bonds/32 + 1] bit b % 32 of word b / 32: bond b is broken */
+} pd_body;
+
+#define pd_body_build PD_NAME(pd_body_build)
+#define pd_body_free PD_NAME(pd_body_free)
+
+/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
+ * PD_ERR_GEOMETRY: two points at one place (the message names both). */
+PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
+PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+
+/* The other end of a bond less point i [m]. */
+static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, double *xi)
+{
+    const double *from = body->position + (int64_t)i * PD_DIM;
+    const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+static inline int pdi_body_intact(const pd_body *body, int64_t bond)
+{
+    return !(body->broken[bond >> 5] >> (bond & 31) & 1u);
+}
+/* Part of a cell at the distance r [m] that lies within the horizon [-]. */
+static inline double pdi_body_part(const pd_body *body, double r)
+{
+    double inside = body->horizon + 0.5 * body->spacing - r;
+    return inside < body->spacing ? inside / body->spacing : 1.0;
+}
+#endif
+
+#endif

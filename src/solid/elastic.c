@@ -1,0 +1,338 @@
+/* elastic: see elastic.h */
+#include "solid/elastic.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_ELASTIC_FLAT 1e-6
+
+enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN double pdi_elastic_weight(const pd_elastic *e, double r)
+{
+    const pd_body *body = e->body;
+    double part = pdi_body_part(body, r);
+    if (e->desc.influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
+    if (e->desc.influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
+    return part;
+}
+
+/* Scalar product. */
+static inline double pdi_elastic_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+/* Bond b of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, double *xi, double *over, double *weight)
+{
+    *weight = (double)e->weight[b];
+    if (!(*weight > 0.0)) return 0;
+    pdi_body_bond(e->body, i, b, xi);
+    *over = 1.0 / pdi_elastic_dot(xi, xi);
+    *weight *= e->body->volume[e->body->column[b]];
+    return 1;
+}
+
+/* y = A x, or A^T x. */
+static inline void pdi_elastic_times(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
+    }
+}
+
+static inline void pdi_elastic_times_transposed(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[q * PD_DIM + p] * x[q];
+    }
+}
+
+/* c = a b. */
+static inline void pdi_elastic_product(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline double pdi_elastic_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d * PD_DIM + d];
+    return sum;
+}
+
+/* Stress of a displacement gradient [Pa]. */
+static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double *p)
+{
+    double trace = pdi_elastic_trace(h);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++)
+            p[a * PD_DIM + b] = e->mu * (h[a * PD_DIM + b] + h[b * PD_DIM + a]) + (a == b ? e->lambda * trace : 0.0);
+}
+
+/* What a bond does otherwise than the gradient h of a family says: z = eta - h xi [m]; returns z.xi/r^2. */
+static inline double pdi_elastic_stray(const double *h, const double *xi, const double *eta, double over, double *z)
+{
+    pdi_elastic_times(h, xi, z);
+    for (int d = 0; d < PD_DIM; d++) z[d] = eta[d] - z[d];
+    return pdi_elastic_dot(z, xi) * over;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
+{
+    pd_elastic *elastic = (pd_elastic *)object;
+    int64_t count = elastic->body ? elastic->body->count : 0;
+    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
+    PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, total, count, "m^d");
+    PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, elastic, gradient, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, moment, count * PDI_ELASTIC_TENSOR, "Pa/m^(d+2)");
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. */
+static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
+{
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        pdi_body_bond(e->body, i, b, xi);
+        e->weight[b] = pdi_body_intact(e->body, b) ? (float)pdi_elastic_weight(e, sqrt(pdi_elastic_dot(xi, xi))) : 0.0f;
+    }
+}
+
+/* Tensors of the family of point i. 0: it spans no space. */
+static int pdi_elastic_family(const pd_elastic *e, int32_t i)
+{
+    const pd_body *body = e->body;
+    double k[PDI_ELASTIC_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
+    double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        total += weight;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                k[p * PD_DIM + q] += weight * scale * xi[p] * xi[q];
+                mean[p * PD_DIM + q] += weight * xi[p] * xi[q] * over;
+            }
+    }
+    e->total[i] = total;
+    if (!(total > 0.0)) return 0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
+    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) return 0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] *= scale / total;
+    return 1;
+}
+
+/* g of point i at bond xi over w: the stress P gives the bond the force P g. */
+static void pdi_elastic_share(const pd_elastic *e, int32_t i, const double *xi, double over, double *g)
+{
+    double at[PD_DIM], back[PD_DIM];
+    pdi_elastic_times(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, xi, at);
+    pdi_elastic_times(e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, at, back);
+    for (int d = 0; d < PD_DIM; d++) g[d] = xi[d] * over / e->total[i] + at[d] - back[d];
+}
+
+static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
+{
+    double xi[PD_DIM], own[PD_DIM], other[PD_DIM], *edge = e->edge + (int64_t)i * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_share(e, i, xi, over, own);
+        pdi_elastic_share(e, e->body->column[b], xi, over, other);
+        for (int d = 0; d < PD_DIM; d++) edge[d] += weight * (own[d] + other[d]);
+    }
+}
+
+pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = -1;
+    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_elastic_weights(e, i);
+        if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(e->total[i] > 0.0)) flat = i;
+    if (flat >= 0) {
+        int64_t bonds = 0;
+        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += pdi_body_intact(body, b);
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
+    return PD_OK;
+}
+
+static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    memset(e, 0, sizeof *e);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    e->desc = *desc;
+    e->body = body;
+    e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
+    e->lambda = PD_DIM == 1 ? desc->young : desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) e->lambda = desc->young * nu / (1.0 - nu * nu);
+    PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
+    return pd_elastic_update(ctx, e);
+}
+
+pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    pd_status status = pdi_elastic_make(ctx, body, desc, e);
+    if (status < 0) pd_elastic_free(ctx, e);
+    return status;
+}
+
+void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
+{
+    pdi_owner_free(ctx, pdi_elastic_list, e);
+    memset(e, 0, sizeof *e);
+}
+
+/* ---- forces ---- */
+
+/* Displacement of the other end of bond b less that of point i [m]. */
+static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t i, int64_t b, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)e->body->column[b] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* H of point i. */
+static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i, double *h)
+{
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) sum[p * PD_DIM + q] += weight * eta[p] * xi[q];
+    }
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
+}
+
+/* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
+ * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
+static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
+{
+    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
+    double xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        double s = pdi_elastic_stray(h, xi, eta, over, z);
+        weight /= e->total[i];
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                double across = (p == q ? 1.0 : 0.0) - xi[p] * xi[q] * over;
+                double share = e->lambda * s * across + e->mu * over * xi[p] * (z[q] - s * xi[q]);
+                sum[p * PD_DIM + q] += weight * share;
+            }
+    }
+    pdi_elastic_law(e, h, stress);
+    pdi_elastic_product(stress, mean, part);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += stress[p] - part[p];
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
+}
+
+/* What the family of point i puts on a bond xi, over w, added to f. */
+static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double *xi, const double *eta, double over,
+                                    double *f)
+{
+    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
+    double share = over / e->total[i], trace = pdi_elastic_trace(h) + s;
+    pdi_elastic_times_transposed(h, xi, turned);
+    pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
+    for (int d = 0; d < PD_DIM; d++)
+        f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
+}
+
+void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+{
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 100);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_elastic_gradient(e, u, i, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR);
+        pdi_elastic_moment(e, u, i);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double over, weight, f[PD_DIM] = {0.0};
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            pdi_elastic_eta(e, u, i, b, eta);
+            pdi_elastic_pull(e, i, xi, eta, over, f);
+            pdi_elastic_pull(e, body->column[b], xi, eta, over, f);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += weight * f[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+{
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR];
+        double xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+        pdi_elastic_gradient(e, u, i, h);
+        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+            double over, weight, density = 0.0;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            pdi_elastic_eta(e, u, i, b, eta);
+            pdi_elastic_stray(h, xi, eta, over, z);
+            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+            pdi_elastic_law(e, own, p);
+            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+            sum += weight * density;
+        }
+        pdi_sum_add(&all, e->body->volume[i] * sum / e->total[i]);
+    }
+    return pdi_sum_total(&all);
+}
+
+void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
+{
+    (void)ctx;
+    for (int64_t i = 0; i < e->body->count; i++)
+        pdi_elastic_law(e, e->gradient + i * PDI_ELASTIC_TENSOR, stress + i * PDI_ELASTIC_TENSOR);
+}
+
+#undef PDI_ELASTIC_FLAT

@@ -1,0 +1,74 @@
+/* elastic: small strains of a body by bond-associated correspondence.
+ *
+ * The family of point i has the displacement gradient  H = sum w V_j eta (K^-1 xi)^T,  K = sum w V_j xi xi^T,  with
+ * eta = u_j - u_i. A bond has its own,  H_b = H + (eta - H xi) xi^T/r^2,  which gives the bond its true elongation: no
+ * pattern of displacements is without energy. The energy density is  W = (1/w_0) sum w V_j psi(H_b),  w_0 = sum w V_j,
+ * and forces are its derivative: they are symmetric, and there is no parameter. Linear fields are exact in every
+ * family, whole or cut, for any Poisson ratio.
+ *
+ * Sources: Breitzman and Dayal 2018 (bond-level deformation gradient); Behzadinasab and Foster 2020 (semi-Lagrangian
+ * correspondence, eq. 16); Silling, Epton, Weckner, Xu and Askari 2007 (states).
+ */
+#ifndef PD_ELASTIC_H
+#define PD_ELASTIC_H
+#include "solid/body.h"
+
+typedef enum pd_plane {
+    PD_PLANE_STRAIN = 0,
+    PD_PLANE_STRESS
+} pd_plane;
+
+typedef enum pd_influence {
+    PD_INFLUENCE_CONSTANT = 0, /* 1 */
+    PD_INFLUENCE_INVERSE,      /* horizon/r */
+    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
+} pd_influence;
+
+typedef struct pd_elastic_desc {
+    double young;   /* [Pa] E */
+    double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
+    pd_plane plane; /* of 2D */
+    pd_influence influence;
+} pd_elastic_desc;
+
+typedef struct pd_elastic {
+    pd_elastic_desc desc;
+    const pd_body *body;
+    double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *total;     /* [count] [m^d] w_0 */
+    double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
+    double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
+    double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+} pd_elastic;
+
+#define pd_elastic_build PD_NAME(pd_elastic_build)
+#define pd_elastic_update PD_NAME(pd_elastic_update)
+#define pd_elastic_force PD_NAME(pd_elastic_force)
+#define pd_elastic_stress PD_NAME(pd_elastic_stress)
+#define pd_elastic_free PD_NAME(pd_elastic_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range. PD_ERR_GEOMETRY: as of pd_elastic_update. */
+PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+/* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
+ * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
+ * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
+ * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
+PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
+PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+/* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
+PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
+PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
+/* Energy [J] (per m in 2D, per m2 in 1D) of displacements. */
+PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
+/* Weight w [-] of a bond of length r [m]. */
+PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
+#endif
+
+#endif

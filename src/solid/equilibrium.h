@@ -1,0 +1,30 @@
+/* equilibrium: displacements of an elastic body at rest under loads and held points.
+ *
+ * The forces are linear and symmetric: conjugate gradients, preconditioned by the blocks that single bonds give each
+ * point. A body that nothing holds may move as a whole; then the loads have to balance.
+ */
+#ifndef PD_EQUILIBRIUM_H
+#define PD_EQUILIBRIUM_H
+#include "solid/elastic.h"
+
+typedef struct pd_equilibrium_desc {
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
+    double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
+                            * 1e-10 */
+    int max_iterations;    /* 0: 10000 */
+} pd_equilibrium_desc;
+
+typedef struct pd_equilibrium_result {
+    int iterations;
+    double residual; /* [-] as of rtol */
+} pd_equilibrium_result;
+
+#define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
+
+/* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
+ * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite.
+ * PD_ERR_DIVERGED: the body has a piece that bonds do not hold together. */
+PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
+                                      const double *load, double *u, pd_equilibrium_result *result);
+
+#endif

@@ -1,0 +1,207 @@
+/* test_equilibrium: bodies at rest against closed forms: uniform stress, Lame's cylinder and sphere, Kirsch's hole.
+ * dims: 2 3 */
+#include "solid/equilibrium.h"
+#include "test.h"
+#include <math.h>
+
+#define MOST 35000 /* points */
+enum { T = PD_DIM * PD_DIM };
+
+typedef struct ring_case {
+    pd_ctx ctx;
+    pd_body_desc desc;
+    pd_body body;
+    pd_elastic elastic;
+    double position[MOST * PD_DIM], volume[MOST], u[MOST * PD_DIM], load[MOST * PD_DIM], stress[MOST * T];
+    uint8_t held[MOST * PD_DIM];
+} ring_case;
+
+static ring_case test_case;
+
+/* 1: the place belongs to the body. */
+typedef int (*inside_fn)(const double *x);
+
+/* Cells of the box -half..half [m] that the body cuts: points at the middle of what lies in it, with its volume. */
+static ring_case *cells(inside_fn inside, double half, double h, double m)
+{
+    enum { parts = PD_DIM == 3 ? 6 : 16 };
+    ring_case *c = &test_case;
+    int n = (int)floor(2.0 * half / h + 0.5), all = 1, samples = 1;
+    memset(c, 0, sizeof *c);
+    pd_ctx_init(&c->ctx);
+    for (int d = 0; d < PD_DIM; d++) all *= n, samples *= parts;
+    for (int k = 0; k < all; k++) {
+        double sum[PD_DIM] = {0.0}, x[PD_DIM];
+        int count = 0;
+        for (int s = 0; s < samples; s++) {
+            for (int d = 0, cell = k, part = s; d < PD_DIM; d++, cell /= n, part /= parts)
+                x[d] = -half + h * (cell % n + (part % parts + 0.5) / parts);
+            if (!inside(x)) continue;
+            for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
+            count++;
+        }
+        if (count < samples / 8) continue;
+        if (!CHECK(c->desc.count < MOST)) return NULL;
+        for (int d = 0; d < PD_DIM; d++) c->position[c->desc.count * PD_DIM + d] = sum[d] / count;
+        c->volume[c->desc.count++] = pow(h, PD_DIM) * count / samples;
+    }
+    c->desc.position = c->position;
+    c->desc.volume = c->volume;
+    c->desc.horizon = m * h;
+    c->desc.spacing = h;
+    return CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body)) ? c : NULL;
+}
+
+static int elastic(ring_case *c, double nu, pd_plane plane)
+{
+    pd_elastic_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = 1.0;
+    desc.poisson = nu;
+    desc.plane = plane;
+    return CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic));
+}
+
+static int solve(ring_case *c, int holds, pd_equilibrium_result *result)
+{
+    pd_equilibrium_desc desc;
+    memset(&desc, 0, sizeof desc);
+    if (holds) desc.held = c->held;
+    if (!CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &c->elastic, &desc, c->load, c->u, result))) return 0;
+    CHECK_LE(result->residual, 1e-10);
+    pd_elastic_force(&c->ctx, &c->elastic, c->u, c->load); /* gradients of the solution */
+    pd_elastic_stress(&c->ctx, &c->elastic, c->stress);
+    return 1;
+}
+
+static void end(ring_case *c)
+{
+    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_body_free(&c->ctx, &c->body);
+    CHECK_INT(c->ctx.in_use, 0);
+}
+
+static double radius(const double *x)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += x[d] * x[d];
+    return sqrt(square);
+}
+
+/* ---- Lame ---- */
+
+static int in_ring(const double *x) { return radius(x) > 1.0 && radius(x) < 2.0; }
+
+/* Displacement of a ring or shell from 1 to 2 under the pressure 1 inside, E = 1. */
+static double lame(double r, double nu, pd_plane plane)
+{
+    if (PD_DIM == 3) return ((1.0 - 2.0 * nu) * r + 0.5 * (1.0 + nu) * 8.0 / (r * r)) / 7.0;
+    if (plane == PD_PLANE_STRESS) return ((1.0 - nu) * r + (1.0 + nu) * 4.0 / r) / 3.0;
+    return (1.0 + nu) * ((1.0 - 2.0 * nu) * r + 4.0 / r) / 3.0;
+}
+
+static double ring_error(double h, double nu, pd_plane plane)
+{
+    pd_equilibrium_result result;
+    double error = 0.0, size = 0.0, mean[PD_DIM] = {0.0}, volume = 0.0;
+    ring_case *c = cells(in_ring, 2.0, h, PD_DIM == 3 ? 1.0 : 2.0);
+    if (!c || !elastic(c, nu, plane)) return 1.0;
+    for (int32_t i = 0; i < c->body.count; i++)
+        for (int d = 0; d < PD_DIM; d++)
+            if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + d] = c->elastic.edge[i * PD_DIM + d];
+    if (!solve(c, 0, &result)) return 1.0;
+    for (int32_t i = 0; i < c->body.count; i++) {
+        volume += c->volume[i];
+        for (int d = 0; d < PD_DIM; d++) mean[d] += c->volume[i] * c->u[i * PD_DIM + d];
+    }
+    for (int32_t i = 0; i < c->body.count; i++) {
+        double r = radius(c->position + i * PD_DIM), exact = lame(r, nu, plane);
+        size += c->volume[i] * exact * exact;
+        for (int d = 0; d < PD_DIM; d++) {
+            double off = c->u[i * PD_DIM + d] - mean[d] / volume - exact * c->position[i * PD_DIM + d] / r;
+            error += c->volume[i] * off * off;
+        }
+    }
+    NOTE("h = %g, nu = %g: %d points, %d iterations, off by %.2e", h, nu, (int)c->body.count, result.iterations,
+         sqrt(error / size));
+    end(c);
+    return sqrt(error / size);
+}
+
+/* Against Lame's ring (2D, both planes) and shell (3D) under pressure. */
+TEST(lame_ring)
+{
+    static const double ratios[2] = {0.3, 0.45};
+    for (int way = 0; way < (PD_DIM == 3 ? 1 : 4); way++) {
+        double coarse = ring_error(PD_DIM == 3 ? 0.2 : 0.125, ratios[way & 1], (pd_plane)(way >> 1));
+        double fine = ring_error(PD_DIM == 3 ? 0.1 : 0.0625, ratios[way & 1], (pd_plane)(way >> 1));
+        NOTE("order %.2f", log2(coarse / fine));
+        CHECK_LE(fine, PD_DIM == 3 ? 3e-2 : 1.5e-2);
+        CHECK(log2(coarse / fine) > 1.1);
+    }
+}
+
+#if PD_DIM == 2
+static int in_plate(const double *x) { return radius(x) > 1.0 && fabs(x[0]) < 4.0 && fabs(x[1]) < 4.0; }
+
+/* Displacement around a hole of radius 1 in an infinite plate under the stress 1 along x, E = 1, plane stress. */
+static void kirsch(const double *x, double nu, double *u)
+{
+    double r = radius(x), t = atan2(x[1], x[0]), g = 0.5 / (1.0 + nu), k = (3.0 - nu) / (1.0 + nu);
+    double ur = (r * (k - 1.0) / 2.0 + r * cos(2 * t) + (1.0 + (1.0 + k) * cos(2 * t)) / r - cos(2 * t) / (r * r * r)) /
+                (4.0 * g);
+    double ut = ((1.0 - k) / r - r - 1.0 / (r * r * r)) * sin(2 * t) / (4.0 * g);
+    u[0] = ur * cos(t) - ut * sin(t);
+    u[1] = ur * sin(t) + ut * cos(t);
+}
+
+static double plate_error(double h)
+{
+    pd_equilibrium_result result;
+    double error = 0.0, size = 0.0, most = 0.0;
+    ring_case *c = cells(in_plate, 4.0, h, 2.0);
+    if (!c || !elastic(c, 0.3, PD_PLANE_STRESS)) return 1.0;
+    for (int32_t i = 0; i < c->body.count; i++) {
+        const double *x = c->position + i * 2;
+        if (fmax(fabs(x[0]), fabs(x[1])) < 4.0 - 5.0 * h) continue;
+        kirsch(x, 0.3, c->u + i * 2);
+        c->held[i * 2] = c->held[i * 2 + 1] = 1;
+    }
+    if (!solve(c, 1, &result)) return 1.0;
+    for (int32_t i = 0; i < c->body.count; i++) {
+        double exact[2];
+        const double *x = c->position + i * 2;
+        kirsch(x, 0.3, exact);
+        for (int d = 0; d < 2; d++) {
+            error += c->volume[i] * (c->u[i * 2 + d] - exact[d]) * (c->u[i * 2 + d] - exact[d]);
+            size += c->volume[i] * exact[d] * exact[d];
+        }
+        if (fabs(x[0]) < h) most = fmax(most, c->stress[i * 4]);
+    }
+    NOTE("h = %g: %d points, %d iterations, u off by %.2e, largest stress %.3f", h, (int)c->body.count,
+         result.iterations, sqrt(error / size), most);
+    end(c);
+    return sqrt(error / size);
+}
+
+TEST(kirsch_hole)
+{
+    double coarse = plate_error(0.25), fine = plate_error(0.125);
+    NOTE("order %.2f", log2(coarse / fine));
+    CHECK_LE(fine, 5e-3);
+    CHECK(log2(coarse / fine) > 1.2);
+}
+
+TEST(finer_hole)
+{
+    double coarse = plate_error(0.125), fine = plate_error(0.0625);
+    NOTE("order %.2f", log2(coarse / fine));
+    CHECK_LE(fine, 2e-3);
+    CHECK(log2(coarse / fine) > 1.2);
+}
+#define OF_2D ENTRY(kirsch_hole) SLOW_ENTRY(finer_hole)
+#else
+#define OF_2D
+#endif
+
+TEST_MAIN(ENTRY(lame_ring) OF_2D)
