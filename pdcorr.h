@@ -3661,6 +3661,7 @@ typedef struct pd_elastic {
 #define pd_elastic_build PD_NAME(pd_elastic_build)
 #define pd_elastic_update PD_NAME(pd_elastic_update)
 #define pd_elastic_force PD_NAME(pd_elastic_force)
+#define pd_elastic_energy PD_NAME(pd_elastic_energy)
 #define pd_elastic_stress PD_NAME(pd_elastic_stress)
 #define pd_elastic_free PD_NAME(pd_elastic_free)
 
@@ -3673,14 +3674,14 @@ PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_ela
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+/* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
+PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
 /* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
 PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* Energy [J] (per m in 2D, per m2 in 1D) of displacements. */
-PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
 /* Weight w [-] of a bond of length r [m]. */
 PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
 #endif
@@ -7583,7 +7584,7 @@ PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, cons
         double lane[lanes] = {0.0};
         for (int64_t k = i; k < i + block; k += lanes)
             for (int l = 0; l < lanes; l++)
-                lane[l] += (a[k + l] == wanted_a) & (b[k + l] == wanted_b) ? x[k + l] : 0.0;
+                lane[l] += ((a[k + l] == wanted_a) & (b[k + l] == wanted_b)) ? x[k + l] : 0.0;
         pdi_sum_add(&sum, ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7])));
     }
     for (; i < n; i++) pdi_sum_add(&sum, a[i] == wanted_a && b[i] == wanted_b ? x[i] : 0.0);
@@ -20809,15 +20810,15 @@ PDI_COLD_END
 
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *b)
 {
-    b->low = fmin(b->low, value);
-    b->high = fmax(b->high, value);
+    if (value < b->low) b->low = value;
+    if (value > b->high) b->high = value;
 }
 
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
 {
     double size = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) size = fmax(size, fabs(c[i]));
+        if (grid->kind[i] == PD_FLUID && fabs(c[i]) > size) size = fabs(c[i]);
     b->low -= share * size;
     b->high += share * size;
 }
@@ -21276,17 +21277,11 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
-/* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
-static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
     pdi_bounds bounds;
     pdi_transport_bounds(t, start, PDI_TRANSPORT_SLACK, &bounds);
-    return pdi_bounds_keep(t->grid, t->c, more, &bounds);
-}
-
-PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
-{
-    return pdi_transport_bounded(t, start, NULL);
+    return pdi_bounds_keep(t->grid, t->c, NULL, &bounds);
 }
 
 /* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
@@ -21295,25 +21290,28 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
     pdi_transport_user user;
+    pdi_bounds bounds;
     user.ctx = ctx;
     user.t = t;
-    if (!pdi_transport_within(t, t->old)) return 0;
+    pdi_transport_bounds(t, t->old, PDI_TRANSPORT_SLACK, &bounds);
+    if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_pin(t, t->work);
     pdi_transport_precondition(&user, t->work, t->probe);
-    return pdi_transport_bounded(t, t->old, t->probe);
+    return pdi_bounds_keep(t->grid, t->c, t->probe, &bounds);
 }
 
-/* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
- * by that, it is solved better. */
-static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+/* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
+ * leaves its bounds by that, it is solved better. */
+static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
+                                     double *moved)
 {
-    double moved;
-    pd_status status = pdi_transport_correct(ctx, t, 0, atol, result, &moved);
+    pd_status status = pdi_transport_correct(ctx, t, known, atol, result, moved);
     int sweeps = t->sweeping || status > 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
-        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, &moved);
+        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, moved);
         if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
@@ -21382,7 +21380,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
         if (pdi_transport_within(t, t->old)) {
             /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
-            status = pdi_transport_close(ctx, t, atol, result);
+            status = pdi_transport_close(ctx, t, 0, atol, result, &moved);
             if (status < 0 || pdi_transport_within(t, t->old)) return status;
         }
         if (round == 0) {
@@ -21399,7 +21397,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (status < 0) return status;
         result->bounded = round;
     }
-    return pdi_transport_close(ctx, t, atol, result);
+    return pdi_transport_close(ctx, t, 0, atol, result, &moved);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
@@ -21407,7 +21405,9 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 {
     double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
-        pd_status status = pdi_transport_correct(ctx, t, 1, atol, result, &moved); /* the residual of the stage */
+        /* with the residual of the stage */
+        pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
+                                                : pdi_transport_close(ctx, t, 1, atol, result, &moved);
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
@@ -22824,7 +22824,7 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     }
 }
 
-PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
     (void)ctx;
@@ -25622,6 +25622,8 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
         if (source > 0.0 || absorb < 0.0)
             t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
+    /* a last solve at rest follows lines that have met their laws, which end at saturation */
+    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = fmin(t->ceiling, d->desc.saturation);
 }
 
 /* Films form where fluid beside metal is below the threshold; how many are new. */

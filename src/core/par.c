@@ -222,7 +222,7 @@ PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, cons
         double lane[lanes] = {0.0};
         for (int64_t k = i; k < i + block; k += lanes)
             for (int l = 0; l < lanes; l++)
-                lane[l] += (a[k + l] == wanted_a) & (b[k + l] == wanted_b) ? x[k + l] : 0.0;
+                lane[l] += ((a[k + l] == wanted_a) & (b[k + l] == wanted_b)) ? x[k + l] : 0.0;
         pdi_sum_add(&sum, ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7])));
     }
     for (; i < n; i++) pdi_sum_add(&sum, a[i] == wanted_a && b[i] == wanted_b ? x[i] : 0.0);

@@ -331,6 +331,8 @@ static void pdi_dissolve_sources(pd_dissolve *d, double dt, int settled)
         if (source > 0.0 || absorb < 0.0)
             t->ceiling = fmax(t->ceiling, absorb > 0.0 ? source / absorb : HUGE_VAL);
     }
+    /* a last solve at rest follows lines that have met their laws, which end at saturation */
+    if (pdi_metal_bonds(d) && !t->flow) t->ceiling = fmin(t->ceiling, d->desc.saturation);
 }
 
 /* Films form where fluid beside metal is below the threshold; how many are new. */

@@ -305,7 +305,7 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     }
 }
 
-PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
     (void)ctx;

@@ -47,6 +47,7 @@ typedef struct pd_elastic {
 #define pd_elastic_build PD_NAME(pd_elastic_build)
 #define pd_elastic_update PD_NAME(pd_elastic_update)
 #define pd_elastic_force PD_NAME(pd_elastic_force)
+#define pd_elastic_energy PD_NAME(pd_elastic_energy)
 #define pd_elastic_stress PD_NAME(pd_elastic_stress)
 #define pd_elastic_free PD_NAME(pd_elastic_free)
 
@@ -59,14 +60,14 @@ PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_ela
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+/* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
+PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
 /* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
 PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* Energy [J] (per m in 2D, per m2 in 1D) of displacements. */
-PDI_FN double pdi_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
 /* Weight w [-] of a bond of length r [m]. */
 PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
 #endif

@@ -4,15 +4,15 @@
 
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *b)
 {
-    b->low = fmin(b->low, value);
-    b->high = fmax(b->high, value);
+    if (value < b->low) b->low = value;
+    if (value > b->high) b->high = value;
 }
 
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
 {
     double size = 0.0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) size = fmax(size, fabs(c[i]));
+        if (grid->kind[i] == PD_FLUID && fabs(c[i]) > size) size = fabs(c[i]);
     b->low -= share * size;
     b->high += share * size;
 }

@@ -298,17 +298,11 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
-/* 1 when the field, with `more` on top of it where that is not NULL, is within its bounds. */
-static int pdi_transport_bounded(const pd_transport *t, const double *start, const double *more)
+PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 {
     pdi_bounds bounds;
     pdi_transport_bounds(t, start, PDI_TRANSPORT_SLACK, &bounds);
-    return pdi_bounds_keep(t->grid, t->c, more, &bounds);
-}
-
-PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
-{
-    return pdi_transport_bounded(t, start, NULL);
+    return pdi_bounds_keep(t->grid, t->c, NULL, &bounds);
 }
 
 /* 1 when the field is within its bounds, and would be with what is left undone, too: the next step delivers that. A
@@ -317,25 +311,28 @@ PDI_FN int pdi_transport_within(const pd_transport *t, const double *start)
 static int pdi_transport_settles(pd_ctx *ctx, pd_transport *t)
 {
     pdi_transport_user user;
+    pdi_bounds bounds;
     user.ctx = ctx;
     user.t = t;
-    if (!pdi_transport_within(t, t->old)) return 0;
+    pdi_transport_bounds(t, t->old, PDI_TRANSPORT_SLACK, &bounds);
+    if (!pdi_bounds_keep(t->grid, t->c, NULL, &bounds)) return 0;
     pdi_transport_residual(ctx, t, t->work);
+    pdi_transport_pin(t, t->work);
     pdi_transport_precondition(&user, t->work, t->probe);
-    return pdi_transport_bounded(t, t->old, t->probe);
+    return pdi_bounds_keep(t->grid, t->c, t->probe, &bounds);
 }
 
-/* The last solve. What it leaves undone counts times dt in nodes that little passes: where the field leaves its bounds
- * by that, it is solved better. */
-static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, double atol, pd_transport_result *result)
+/* The last solve; known as above. What it leaves undone counts times dt in nodes that little passes: where the field
+ * leaves its bounds by that, it is solved better. */
+static pd_status pdi_transport_close(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
+                                     double *moved)
 {
-    double moved;
-    pd_status status = pdi_transport_correct(ctx, t, 0, atol, result, &moved);
+    pd_status status = pdi_transport_correct(ctx, t, known, atol, result, moved);
     int sweeps = t->sweeping || status > 0;
     if (status < 0 || pdi_transport_settles(ctx, t)) return status;
     for (; sweeps < 2; sweeps++) {
         if (sweeps && !t->sweeping) t->sweeping = 1;
-        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, &moved);
+        status = pdi_transport_solve(ctx, t, 0, PDI_TRANSPORT_FINE * atol, result, moved);
         if (status < 0 || pdi_transport_settles(ctx, t)) break;
     }
     return status < 0 || result->residual > atol ? status : PD_OK; /* rounding may stop it before that */
@@ -404,7 +401,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
     for (int round = 0; round <= PDI_TRANSPORT_ROUNDS; round++) {
         if (pdi_transport_within(t, t->old)) {
             /* the last solve moves a field whose fluxes have not settled: it has to stay within the bounds, too */
-            status = pdi_transport_close(ctx, t, atol, result);
+            status = pdi_transport_close(ctx, t, 0, atol, result, &moved);
             if (status < 0 || pdi_transport_within(t, t->old)) return status;
         }
         if (round == 0) {
@@ -421,7 +418,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (status < 0) return status;
         result->bounded = round;
     }
-    return pdi_transport_close(ctx, t, atol, result);
+    return pdi_transport_close(ctx, t, 0, atol, result, &moved);
 }
 
 static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol, int bounded,
@@ -429,7 +426,9 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
 {
     double moved = 0.0;
     if (!pdi_transport_start(ctx, t)) {
-        pd_status status = pdi_transport_correct(ctx, t, 1, atol, result, &moved); /* the residual of the stage */
+        /* with the residual of the stage */
+        pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
+                                                : pdi_transport_close(ctx, t, 1, atol, result, &moved);
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }

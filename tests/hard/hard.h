@@ -99,7 +99,8 @@ static inline void hard_bounds(hard *h)
     }
     if (!u->has_dissolve) return;
     h->low = fmin(h->low, 0.0);
-    h->high = fmax(h->high, fmax(u->saturation, u->threshold * u->metal[0].solid_c));
+    h->high = fmax(h->high, u->saturation);
+    for (int m = 0; m < u->metals; m++) h->high = fmax(h->high, u->threshold * u->metal[m].solid_c);
 }
 
 /* Reads and builds; 0: refused, with status and message. */
