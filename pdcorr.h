@@ -95,6 +95,8 @@
  *     body       material points of a solid and their families.
  *     elastic    small strains of a body by bond-associated correspondence.
  *     equilibrium displacements of an elastic body at rest under loads and held points.
+ *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
+ *     verlet     a body of springs in motion, by velocity Verlet.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -3559,6 +3561,13 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #ifndef PD_BODY_H
 #define PD_BODY_H
 
+/* How bonds count by their length r. */
+typedef enum pd_influence {
+    PD_INFLUENCE_CONSTANT = 0, /* 1 */
+    PD_INFLUENCE_INVERSE,      /* horizon/r */
+    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
+} pd_influence;
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
@@ -3576,7 +3585,7 @@ typedef struct pd_body {
     int64_t bonds;     /* of all families: each bond counts twice */
     int64_t *row;      /* [count + 1] begin of each family in column */
     int32_t *column;   /* [bonds] points */
-    uint32_t *broken;  /* [bonds/32 + 1] bit b % 32 of word b / 32: bond b is broken */
+    uint8_t *broken;   /* [bonds] 1: the bond is broken; both of its ends say so */
 } pd_body;
 
 #define pd_body_build PD_NAME(pd_body_build)
@@ -3598,16 +3607,9 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
-static inline int pdi_body_intact(const pd_body *body, int64_t bond)
-{
-    return !(body->broken[bond >> 5] >> (bond & 31) & 1u);
-}
-/* Part of a cell at the distance r [m] that lies within the horizon [-]. */
-static inline double pdi_body_part(const pd_body *body, double r)
-{
-    double inside = body->horizon + 0.5 * body->spacing - r;
-    return inside < body->spacing ? inside / body->spacing : 1.0;
-}
+/* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
+ * horizon. */
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
 #endif
 
 #endif
@@ -3631,12 +3633,6 @@ typedef enum pd_plane {
     PD_PLANE_STRAIN = 0,
     PD_PLANE_STRESS
 } pd_plane;
-
-typedef enum pd_influence {
-    PD_INFLUENCE_CONSTANT = 0, /* 1 */
-    PD_INFLUENCE_INVERSE,      /* horizon/r */
-    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
-} pd_influence;
 
 typedef struct pd_elastic_desc {
     double young;   /* [Pa] E */
@@ -3682,8 +3678,6 @@ PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* Weight w [-] of a bond of length r [m]. */
-PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
 #endif
 
 #endif
@@ -3716,6 +3710,117 @@ typedef struct pd_equilibrium_result {
  * PD_ERR_DIVERGED: the body has a piece that bonds do not hold together. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
+
+#endif
+
+/* ======== >>solid/microelastic.h ======== */
+/* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
+ *
+ * The bond of the points i and j puts the force density  c w s Y/|Y| V_j  on i, with the stretch s = (|Y| - r)/r and
+ * Y = xi + eta. Its modulus c, the weights and the critical stretch follow from sums over the lattice, not from
+ * integrals over a ball: the Young modulus of an infinite lattice is exact, it is the same in all directions, and so is
+ * the mean energy that a crack takes (theory: 8.2). Poisson's ratio is 1/4, in plane stress 1/3.
+ *
+ * Sources: Silling and Askari 2005 (prototype microelastic brittle material).
+ */
+#ifndef PD_MICROELASTIC_H
+#define PD_MICROELASTIC_H
+
+typedef struct pd_microelastic_desc {
+    double young;    /* [Pa] E */
+    double fracture; /* [J/m2] energy of a crack per area; 0: nothing breaks */
+    pd_plane plane;  /* of 2D */
+    pd_influence influence;
+} pd_microelastic_desc;
+
+typedef struct pd_microelastic {
+    pd_microelastic_desc desc;
+    pd_body *body;      /* whose bonds break */
+    double modulus;     /* [N/m^(2d)] c */
+    double shear;       /* [-] a: bonds count 1 + a q, q = sum n_a^4 - 3/(d + 2) */
+    double critical;    /* [-] stretch at which bonds break; 0: none */
+    double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
+    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
+} pd_microelastic;
+
+#define pd_microelastic_build PD_NAME(pd_microelastic_build)
+#define pd_microelastic_force PD_NAME(pd_microelastic_force)
+#define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
+#define pd_microelastic_free PD_NAME(pd_microelastic_free)
+
+/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
+ * no spacing. */
+PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
+                                       pd_microelastic *material);
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
+ * stretch break, and have no force. Returns how many bonds broke. Source: theory, eq. 8.6. */
+PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *material, const double *u, int breaks,
+                                     double *force);
+/* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
+PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
+PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
+/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
+ * its start and not at its end: its energy is that of the middle. */
+PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
+                                     double dt, double *force);
+/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
+/* Longest stable step [s] of explicit steps for a density [kg/m3]. */
+PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double density);
+#endif
+
+#endif
+
+/* ======== >>solid/verlet.h ======== */
+/* verlet: a body of springs in motion, by velocity Verlet.
+ *
+ * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
+ * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ */
+#ifndef PD_VERLET_H
+#define PD_VERLET_H
+
+typedef struct pd_verlet_desc {
+    double density;      /* [kg/m3] */
+    double share;        /* [-] of the longest stable step; 0: 0.8 */
+    const double *load;  /* [count][PD_DIM] [N/m3]; NULL: none. Borrowed, may change between steps */
+    const uint8_t *held; /* [count][PD_DIM] 1: this velocity stays as it is; NULL: none. Borrowed */
+} pd_verlet_desc;
+
+typedef struct pd_verlet {
+    pd_verlet_desc desc;
+    pd_microelastic *material;
+    double *u;        /* [count][PD_DIM] [m] displacements */
+    double *v;        /* [count][PD_DIM] [m/s] velocities */
+    double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
+    double time;      /* [s] */
+    double longest;   /* [s] stable step times share */
+    double work;      /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
+    int64_t steps, broken;
+} pd_verlet;
+
+#define pd_verlet_build PD_NAME(pd_verlet_build)
+#define pd_verlet_process PD_NAME(pd_verlet_process)
+#define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
+#define pd_verlet_free PD_NAME(pd_verlet_free)
+
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
+ * a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
+                                 pd_verlet *verlet);
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+PD_API pd_process pd_verlet_process(pd_verlet *verlet);
+/* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
+PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
+PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
+#endif
 
 #endif
 
@@ -22305,7 +22410,7 @@ PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds / 32 + 1, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -22456,6 +22561,15 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     return PD_OK;
 }
 
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r)
+{
+    double inside = body->horizon + 0.5 * body->spacing - r;
+    double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
+    if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
+    return part;
+}
+
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
@@ -22528,15 +22642,6 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 #define PDI_ELASTIC_FLAT 1e-6
 
 enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
-
-PDI_FN double pdi_elastic_weight(const pd_elastic *e, double r)
-{
-    const pd_body *body = e->body;
-    double part = pdi_body_part(body, r);
-    if (e->desc.influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
-    if (e->desc.influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
-    return part;
-}
 
 /* Scalar product. */
 static inline double pdi_elastic_dot(const double *a, const double *b)
@@ -22630,7 +22735,8 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        e->weight[b] = pdi_body_intact(e->body, b) ? (float)pdi_elastic_weight(e, sqrt(pdi_elastic_dot(xi, xi))) : 0.0f;
+        double r = sqrt(pdi_elastic_dot(xi, xi));
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
     }
 }
 
@@ -22697,7 +22803,7 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
         if (!(e->total[i] > 0.0)) flat = i;
     if (flat >= 0) {
         int64_t bonds = 0;
-        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += pdi_body_intact(body, b);
+        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += !body->broken[b];
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);
@@ -23010,6 +23116,490 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
+/* ======== >>solid/microelastic.c ======== */
+/* microelastic: see microelastic.h */
+#include <math.h>
+#include <string.h>
+
+/* Directions along which cracks are looked at, for the anisotropy. */
+#define PDI_MICROELASTIC_WAYS 64
+
+/* Sums over the family of a point of an infinite lattice. */
+typedef struct pdi_microelastic_sums {
+    double axis;   /* [m^(d+1)] sum w r n_0^4 V */
+    double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    double square; /* [m^(d+2)] sum w r^2 V */
+    double over;   /* [m^(d-1)] sum w/r V */
+    double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
+} pdi_microelastic_sums;
+
+/* The part q of direction xi that tells axes from diagonals; its mean over all directions is zero. */
+static double pdi_microelastic_cubic(const double *xi, double square)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
+    return sum - 3.0 / (PD_DIM + 2.0);
+}
+
+/* How much a bond counts by its direction, of which 1D has one. */
+static double pdi_microelastic_share(const pd_microelastic *m, const double *xi, double square)
+{
+    return 1.0 + (PD_DIM > 1 ? m->shear * pdi_microelastic_cubic(xi, square) : 0.0);
+}
+
+/* With the weights, or with the influence times q. */
+static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
+{
+    const pd_body *body = m->body;
+    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
+    double volume = 1.0;
+    memset(s, 0, sizeof *s);
+    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
+    for (int k = 0; k < all; k++) {
+        double xi[PD_DIM], square = 0.0, along = 0.0;
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+            xi[d] = (rest % wide - reach) * body->spacing;
+            square += xi[d] * xi[d];
+            along += n ? n[d] * xi[d] : 0.0;
+        }
+        double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
+        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
+        s->axis += weight * first * first / (square * r);
+        s->off += weight * (first * first - 3.0 * first * second) / (square * r);
+        s->square += weight * square;
+        s->over += weight / r;
+        s->crack += weight * r * fabs(along);
+    }
+}
+
+PDI_FN double pdi_microelastic_crack(const pd_microelastic *m, const double *n)
+{
+    pdi_microelastic_sums s;
+    pdi_microelastic_sum(m, 0, n, &s);
+    return 0.25 * m->modulus * m->critical * m->critical * s.crack / pdi_vec_norm(n);
+}
+
+PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
+{
+    pdi_microelastic_sums s;
+    pdi_microelastic_sum(m, 0, NULL, &s);
+    return sqrt(2.0 * density / (m->modulus * s.over));
+}
+
+/* Largest over least energy of a crack. */
+static double pdi_microelastic_anisotropy(const pd_microelastic *m)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_MICROELASTIC_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_MICROELASTIC_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = pdi_microelastic_crack(m, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
+{
+    pd_microelastic *microelastic = (pd_microelastic *)object;
+    PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+}
+
+/* Modulus, weights and critical stretch of the lattice. */
+static void pdi_microelastic_calibrate(pd_microelastic *m)
+{
+    /* the modulus along an axis over E, and the mean of |n.e| over all directions */
+    static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0}, mean[3] = {1.0, 2.0 / PDI_PI, 0.5};
+    double wanted = m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
+    pdi_microelastic_sums plain, cubic;
+    if (PD_DIM > 1) {
+        pdi_microelastic_sum(m, 0, NULL, &plain);
+        pdi_microelastic_sum(m, 1, NULL, &cubic);
+        if (fabs(cubic.off) > 0.0) m->shear = -plain.off / cubic.off;
+    }
+    pdi_microelastic_sum(m, 0, NULL, &plain);
+    m->modulus = 2.0 * wanted / plain.axis;
+    m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
+    m->anisotropy = m->critical > 0.0 ? pdi_microelastic_anisotropy(m) : 1.0;
+}
+
+/* Factor of a bond along xi whose ends have the stiffness `own` and `other` along the axes: that of the bulk over it,
+ * the mean of both ends, between axes as on an ellipsoid. */
+static double pdi_microelastic_factor(const double *own, const double *other, const double *xi, double bulk)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    for (int a = 0; a < PD_DIM; a++) {
+        double factor = 0.5 * (bulk / own[a] + bulk / other[a]);
+        sum += xi[a] * xi[a] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
+ * make up for it (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018: the energy method; theory: eq. 8.8). */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
+{
+    const pd_body *body = m->body;
+    pdi_microelastic_sums whole;
+    double *stiffness = NULL;
+    PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
+    pdi_microelastic_sum(m, 0, NULL, &whole);
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double xi[PD_DIM];
+            pdi_body_bond(body, i, b, xi);
+            double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
+            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
+            for (int a = 0; a < PD_DIM; a++)
+                stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
+            m->weight[b] = (float)weight;
+        }
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double xi[PD_DIM];
+            pdi_body_bond(body, i, b, xi);
+            double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
+                                                    stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
+            m->weight[b] = body->broken[b] ? 0.0f : (float)((double)m->weight[b] * factor);
+        }
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
+    return PD_OK;
+}
+
+static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
+                                       pd_microelastic *m)
+{
+    memset(m, 0, sizeof *m);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
+        !(body->spacing > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
+                        "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
+                        desc->young, desc->fracture, body->spacing);
+    m->desc = *desc;
+    m->body = body;
+    PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
+    pdi_microelastic_calibrate(m);
+    return pdi_microelastic_weigh(ctx, m);
+}
+
+pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
+{
+    pd_status status = pdi_microelastic_make(ctx, body, desc, m);
+    if (status < 0) pd_microelastic_free(ctx, m);
+    return status;
+}
+
+void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
+{
+    pdi_owner_free(ctx, pdi_microelastic_list, m);
+    memset(m, 0, sizeof *m);
+}
+
+/* Bond b of point i: its stretch, and Y [m]. The stretch is a difference of squares over their sum, which has the
+ * digits of the displacements. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+                                              double *r, double *length)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM, *own = u + (int64_t)i * PD_DIM;
+    int64_t end = (int64_t)body->column[b] * PD_DIM;
+    const double *to = body->position + end, *far = u + end;
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double xi = to[d] - x[d], eta = far[d] - own[d];
+        y[d] = xi + eta;
+        square += xi * xi;
+        more += eta * (xi + y[d]);
+    }
+    *r = sqrt(square);
+    *length = sqrt(square + more);
+    return more / (*r * (*length + *r));
+}
+
+/* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
+static double pdi_microelastic_release(const pd_microelastic *m, const double *u, const double *v, double back,
+                                       int32_t i, int64_t b)
+{
+    const pd_body *body = m->body;
+    int32_t j = body->column[b];
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
+        double xi = body->position[to] - body->position[from], eta = u[to] - u[from];
+        if (v) eta -= back * (v[to] - v[from]);
+        square += xi * xi;
+        more += eta * (2.0 * xi + eta);
+    }
+    double r = sqrt(square), s = more / (r * (sqrt(square + more) + r));
+    return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
+}
+
+/* What a sweep over all points sees. */
+typedef struct pdi_microelastic_sweep {
+    const double *u, *v;
+    double back; /* [s] */
+    double most; /* [-] stretch at which bonds break */
+    double *force;
+} pdi_microelastic_sweep;
+
+/* The force on point i. *released: sum w s^2 r V_i V_j of the bonds that break. */
+static int64_t pdi_microelastic_point(const pd_microelastic *m, const pdi_microelastic_sweep *sweep, int32_t i,
+                                      double *released)
+{
+    const pd_body *body = m->body;
+    double sum[PD_DIM] = {0.0}, y[PD_DIM];
+    int64_t broken = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double r, length, weight = (double)m->weight[b];
+        if (!(weight > 0.0)) continue;
+        double s = pdi_microelastic_stretch(body, sweep->u, i, b, y, &r, &length);
+        if (s > sweep->most) {
+            *released += pdi_microelastic_release(m, sweep->u, sweep->v, sweep->back, i, b);
+            m->weight[b] = 0.0f;
+            body->broken[b] = 1;
+            broken++;
+            continue;
+        }
+        double share = weight * body->volume[body->column[b]] * s / length;
+        for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) sweep->force[(int64_t)i * PD_DIM + d] = m->modulus * sum[d];
+    return broken;
+}
+
+static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const pdi_microelastic_sweep *sweep)
+{
+    enum { parts = 256 };
+    int64_t broken[parts], all = 0, count = m->body->count;
+    double released[parts];
+    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        broken[q] = 0;
+        released[q] = 0.0;
+        for (int64_t i = count * q / parts; i < count * (q + 1) / parts; i++)
+            broken[q] += pdi_microelastic_point(m, sweep, (int32_t)i, &released[q]);
+    }
+    for (int q = 0; q < parts; q++) {
+        all += broken[q];
+        m->released += 0.25 * m->modulus * released[q];
+    }
+    return all / 2;
+}
+
+int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
+{
+    pdi_microelastic_sweep sweep;
+    memset(&sweep, 0, sizeof sweep);
+    sweep.u = u;
+    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
+PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
+                                     double *force)
+{
+    pdi_microelastic_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = 0.5 * dt;
+    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
+double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+{
+    const pd_body *body = m->body;
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, y[PD_DIM], r, length;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double weight = (double)m->weight[b] * body->volume[body->column[b]];
+            if (!(weight > 0.0)) continue;
+            double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+            sum += weight * s * s * r;
+        }
+        pdi_sum_add(&all, 0.25 * m->modulus * body->volume[i] * sum);
+    }
+    return pdi_sum_total(&all);
+}
+
+#undef PDI_MICROELASTIC_WAYS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
+/* ======== >>solid/verlet.c ======== */
+/* verlet: see verlet.h */
+#include <math.h>
+#include <string.h>
+
+/* Share of the longest stable step that is taken, and the most: cut families are softer, bonds that stretch stiffer. */
+#define PDI_VERLET_SHARE 0.8
+#define PDI_VERLET_MOST 1.0
+/* A displacement over the horizon that counts as one of a run that has blown up. */
+#define PDI_VERLET_FAR 1e6
+
+PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
+{
+    pd_verlet *verlet = (pd_verlet *)object;
+    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    PDI_STATE(owner, verlet, u, count, "m");
+    PDI_STATE(owner, verlet, v, count, "m/s");
+    PDI_STATE(owner, verlet, force, count, "N/m3");
+    PDI_VALUE(owner, verlet, time, "s");
+    PDI_VALUE(owner, verlet, work, "J");
+    PDI_VALUE(owner, verlet, steps, "1");
+    PDI_VALUE(owner, verlet, broken, "1");
+}
+
+pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+{
+    memset(d, 0, sizeof *d);
+    if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
+        !(desc->share <= PDI_VERLET_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "verlet",
+                        "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
+                        desc->density, desc->share);
+    d->desc = *desc;
+    d->material = material;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
+    if (status < 0) pd_verlet_free(ctx, d);
+    return status;
+}
+
+void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
+{
+    pdi_owner_free(ctx, pdi_verlet_list, d);
+    memset(d, 0, sizeof *d);
+}
+
+double pd_verlet_kinetic(const pd_verlet *d)
+{
+    const pd_body *body = d->material->body;
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < body->count; i++) {
+        double square = 0.0;
+        for (int a = 0; a < PD_DIM; a++) square += d->v[(int64_t)i * PD_DIM + a] * d->v[(int64_t)i * PD_DIM + a];
+        pdi_sum_add(&all, 0.5 * d->desc.density * body->volume[i] * square);
+    }
+    return pdi_sum_total(&all);
+}
+
+/* Half a step of the velocities, by the present forces. */
+static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
+{
+    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int nt = pdi_par_threads(ctx, n * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t k = 0; k < n; k++) {
+        double load = d->desc.load ? d->desc.load[k] : 0.0;
+        if (!d->desc.held || !d->desc.held[k]) d->v[k] += 0.5 * dt / d->desc.density * (d->force[k] + load);
+    }
+}
+
+/* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
+static double pdi_verlet_work(const pd_verlet *d, double dt)
+{
+    const pd_body *body = d->material->body;
+    int64_t n = (int64_t)body->count * PD_DIM;
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
+        double load = d->desc.load ? d->desc.load[k] : 0.0;
+        if (d->desc.held && d->desc.held[k]) load = -d->force[k];
+        pdi_sum_add(&all, 0.5 * dt * body->volume[k / PD_DIM] * load * d->v[k]);
+    }
+    return pdi_sum_total(&all);
+}
+
+static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_verlet *d = (const pd_verlet *)self;
+    s->dt = fmin(s->dt, d->longest);
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    return PD_OK;
+}
+
+static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_verlet *d = (pd_verlet *)self;
+    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    pdi_verlet_kick(ctx, d, s->dt);
+    d->work += pdi_verlet_work(d, s->dt);
+    for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
+    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    d->work += pdi_verlet_work(d, s->dt);
+    pdi_verlet_kick(ctx, d, s->dt);
+    d->steps++;
+    double most = pdi_par_max_abs(ctx, n, d->u);
+    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
+                    "the step of %g s is too long", most, s->time, s->dt);
+}
+
+static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_verlet *)self)->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
+}
+
+pd_process pd_verlet_process(pd_verlet *d)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "verlet";
+    p.self = d;
+    p.time = &d->time;
+    p.steps = &d->steps;
+    p.longest = pdi_process_longest;
+    p.limit = pdi_verlet_limit;
+    p.attempt = pdi_verlet_attempt;
+    p.accept = pdi_verlet_accept;
+    p.store = pdi_verlet_store;
+    return p;
+}
+
+#undef PDI_VERLET_SHARE
+#undef PDI_VERLET_MOST
+#undef PDI_VERLET_FAR
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif

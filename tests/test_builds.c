@@ -12,7 +12,7 @@
 #include "run/observe.h"
 #include "io/png.h"
 #include "run/coarser.h"
-#include "solid/elastic.h"
+#include "solid/verlet.h"
 #include <stddef.h>
 
 #if PD_DIM == 1
@@ -47,6 +47,7 @@ typedef struct lab {
     pd_steady steady;   /* of that flow, with what steps in time need */
     pd_grid rings;
     pd_body body;
+    pd_microelastic springs;
     pd_stencil_desc family;
     pd_grid_desc box;
     int wrong; /* arguments that are refused */
@@ -88,7 +89,16 @@ static pd_status make_body_of(pd_ctx *ctx, int wrong, pd_body *o)
     d.position = position;
     d.volume = volume;
     d.horizon = wrong ? -1.0 : 2.0;
+    d.spacing = 1.0;
     return pd_body_build(ctx, &d, o);
+}
+
+static pd_status make_springs_of(pd_ctx *ctx, lab *l, pd_microelastic *o)
+{
+    pd_microelastic_desc d;
+    memset(&d, 0, sizeof d);
+    d.young = l->wrong ? 0.0 : 1.0;
+    return pd_microelastic_build(ctx, &l->body, &d, o);
 }
 
 static int ready(lab *l)
@@ -118,11 +128,13 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
            CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
            CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings)) &&
-           CHECK_OK(&l->ctx, make_body_of(&l->ctx, 0, &l->body));
+           CHECK_OK(&l->ctx, make_body_of(&l->ctx, 0, &l->body)) &&
+           CHECK_OK(&l->ctx, make_springs_of(&l->ctx, l, &l->springs));
 }
 
 static void tidy(lab *l)
 {
+    pd_microelastic_free(&l->ctx, &l->springs);
     pd_body_free(&l->ctx, &l->body);
     pd_grid_free(&l->ctx, &l->rings);
     pd_steady_free(&l->ctx, &l->steady);
@@ -388,6 +400,16 @@ BUILD(elastic, pd_elastic)
     return pd_elastic_build(ctx, &l->body, &d, o);
 }
 
+BUILD(microelastic, pd_microelastic) { return make_springs_of(ctx, l, o); }
+
+BUILD(verlet, pd_verlet)
+{
+    pd_verlet_desc d;
+    memset(&d, 0, sizeof d);
+    d.density = l->wrong ? -1.0 : 1.0;
+    return pd_verlet_build(ctx, &l->springs, &d, o);
+}
+
 BUILD(sweep, pd_sweep)
 {
     static const char *axes[] = {"until=1 s, 2 s"}, *wrong[] = {"until="};
@@ -435,7 +457,8 @@ static const entry builds[] = {
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
-    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(microelastic, pd_microelastic, 1, 1)
+    ROW(verlet, pd_verlet, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)

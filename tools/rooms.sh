@@ -13,7 +13,7 @@ lattice|nodes, families, bonds, operators, sides of the box
 solve|linear solvers, multigrid, steps in time; no physics
 flow|flow of the liquid, steady and in time; gas
 transport|what the liquid carries: advection, diffusion
-solid|mechanics: points, elasticity, equilibrium
+solid|mechanics: points, elasticity, cracks
 metal|metals, laws, dissolving surfaces, pits, salt layers
 couple|one step of everything; the ledger
 io|formats of files: VTK, PNG, CSV, state

@@ -45,7 +45,7 @@ PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds / 32 + 1, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -194,6 +194,15 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
     }
     return PD_OK;
+}
+
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r)
+{
+    double inside = body->horizon + 0.5 * body->spacing - r;
+    double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
+    if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
+    return part;
 }
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)

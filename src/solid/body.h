@@ -9,6 +9,13 @@
 #define PD_BODY_H
 #include "core/owner.h"
 
+/* How bonds count by their length r. */
+typedef enum pd_influence {
+    PD_INFLUENCE_CONSTANT = 0, /* 1 */
+    PD_INFLUENCE_INVERSE,      /* horizon/r */
+    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
+} pd_influence;
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
@@ -26,7 +33,7 @@ typedef struct pd_body {
     int64_t bonds;     /* of all families: each bond counts twice */
     int64_t *row;      /* [count + 1] begin of each family in column */
     int32_t *column;   /* [bonds] points */
-    uint32_t *broken;  /* [bonds/32 + 1] bit b % 32 of word b / 32: bond b is broken */
+    uint8_t *broken;   /* [bonds] 1: the bond is broken; both of its ends say so */
 } pd_body;
 
 #define pd_body_build PD_NAME(pd_body_build)
@@ -48,16 +55,9 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
-static inline int pdi_body_intact(const pd_body *body, int64_t bond)
-{
-    return !(body->broken[bond >> 5] >> (bond & 31) & 1u);
-}
-/* Part of a cell at the distance r [m] that lies within the horizon [-]. */
-static inline double pdi_body_part(const pd_body *body, double r)
-{
-    double inside = body->horizon + 0.5 * body->spacing - r;
-    return inside < body->spacing ? inside / body->spacing : 1.0;
-}
+/* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
+ * horizon. */
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
 #endif
 
 #endif

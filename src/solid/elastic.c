@@ -10,15 +10,6 @@
 
 enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
 
-PDI_FN double pdi_elastic_weight(const pd_elastic *e, double r)
-{
-    const pd_body *body = e->body;
-    double part = pdi_body_part(body, r);
-    if (e->desc.influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
-    if (e->desc.influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
-    return part;
-}
-
 /* Scalar product. */
 static inline double pdi_elastic_dot(const double *a, const double *b)
 {
@@ -111,7 +102,8 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        e->weight[b] = pdi_body_intact(e->body, b) ? (float)pdi_elastic_weight(e, sqrt(pdi_elastic_dot(xi, xi))) : 0.0f;
+        double r = sqrt(pdi_elastic_dot(xi, xi));
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
     }
 }
 
@@ -178,7 +170,7 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
         if (!(e->total[i] > 0.0)) flat = i;
     if (flat >= 0) {
         int64_t bonds = 0;
-        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += pdi_body_intact(body, b);
+        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += !body->broken[b];
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);

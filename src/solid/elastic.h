@@ -18,12 +18,6 @@ typedef enum pd_plane {
     PD_PLANE_STRESS
 } pd_plane;
 
-typedef enum pd_influence {
-    PD_INFLUENCE_CONSTANT = 0, /* 1 */
-    PD_INFLUENCE_INVERSE,      /* horizon/r */
-    PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
-} pd_influence;
-
 typedef struct pd_elastic_desc {
     double young;   /* [Pa] E */
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
@@ -68,8 +62,6 @@ PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* Weight w [-] of a bond of length r [m]. */
-PDI_FN double pdi_elastic_weight(const pd_elastic *elastic, double r);
 #endif
 
 #endif

@@ -1,0 +1,319 @@
+/* microelastic: see microelastic.h */
+#include "solid/microelastic.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Directions along which cracks are looked at, for the anisotropy. */
+#define PDI_MICROELASTIC_WAYS 64
+
+/* Sums over the family of a point of an infinite lattice. */
+typedef struct pdi_microelastic_sums {
+    double axis;   /* [m^(d+1)] sum w r n_0^4 V */
+    double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    double square; /* [m^(d+2)] sum w r^2 V */
+    double over;   /* [m^(d-1)] sum w/r V */
+    double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
+} pdi_microelastic_sums;
+
+/* The part q of direction xi that tells axes from diagonals; its mean over all directions is zero. */
+static double pdi_microelastic_cubic(const double *xi, double square)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
+    return sum - 3.0 / (PD_DIM + 2.0);
+}
+
+/* How much a bond counts by its direction, of which 1D has one. */
+static double pdi_microelastic_share(const pd_microelastic *m, const double *xi, double square)
+{
+    return 1.0 + (PD_DIM > 1 ? m->shear * pdi_microelastic_cubic(xi, square) : 0.0);
+}
+
+/* With the weights, or with the influence times q. */
+static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
+{
+    const pd_body *body = m->body;
+    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
+    double volume = 1.0;
+    memset(s, 0, sizeof *s);
+    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
+    for (int k = 0; k < all; k++) {
+        double xi[PD_DIM], square = 0.0, along = 0.0;
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+            xi[d] = (rest % wide - reach) * body->spacing;
+            square += xi[d] * xi[d];
+            along += n ? n[d] * xi[d] : 0.0;
+        }
+        double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
+        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
+        s->axis += weight * first * first / (square * r);
+        s->off += weight * (first * first - 3.0 * first * second) / (square * r);
+        s->square += weight * square;
+        s->over += weight / r;
+        s->crack += weight * r * fabs(along);
+    }
+}
+
+PDI_FN double pdi_microelastic_crack(const pd_microelastic *m, const double *n)
+{
+    pdi_microelastic_sums s;
+    pdi_microelastic_sum(m, 0, n, &s);
+    return 0.25 * m->modulus * m->critical * m->critical * s.crack / pdi_vec_norm(n);
+}
+
+PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
+{
+    pdi_microelastic_sums s;
+    pdi_microelastic_sum(m, 0, NULL, &s);
+    return sqrt(2.0 * density / (m->modulus * s.over));
+}
+
+/* Largest over least energy of a crack. */
+static double pdi_microelastic_anisotropy(const pd_microelastic *m)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_MICROELASTIC_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_MICROELASTIC_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = pdi_microelastic_crack(m, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
+{
+    pd_microelastic *microelastic = (pd_microelastic *)object;
+    PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+}
+
+/* Modulus, weights and critical stretch of the lattice. */
+static void pdi_microelastic_calibrate(pd_microelastic *m)
+{
+    /* the modulus along an axis over E, and the mean of |n.e| over all directions */
+    static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0}, mean[3] = {1.0, 2.0 / PDI_PI, 0.5};
+    double wanted = m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
+    pdi_microelastic_sums plain, cubic;
+    if (PD_DIM > 1) {
+        pdi_microelastic_sum(m, 0, NULL, &plain);
+        pdi_microelastic_sum(m, 1, NULL, &cubic);
+        if (fabs(cubic.off) > 0.0) m->shear = -plain.off / cubic.off;
+    }
+    pdi_microelastic_sum(m, 0, NULL, &plain);
+    m->modulus = 2.0 * wanted / plain.axis;
+    m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
+    m->anisotropy = m->critical > 0.0 ? pdi_microelastic_anisotropy(m) : 1.0;
+}
+
+/* Factor of a bond along xi whose ends have the stiffness `own` and `other` along the axes: that of the bulk over it,
+ * the mean of both ends, between axes as on an ellipsoid. */
+static double pdi_microelastic_factor(const double *own, const double *other, const double *xi, double bulk)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    for (int a = 0; a < PD_DIM; a++) {
+        double factor = 0.5 * (bulk / own[a] + bulk / other[a]);
+        sum += xi[a] * xi[a] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
+ * make up for it (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018: the energy method; theory: eq. 8.8). */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
+{
+    const pd_body *body = m->body;
+    pdi_microelastic_sums whole;
+    double *stiffness = NULL;
+    PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
+    pdi_microelastic_sum(m, 0, NULL, &whole);
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double xi[PD_DIM];
+            pdi_body_bond(body, i, b, xi);
+            double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
+            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
+            for (int a = 0; a < PD_DIM; a++)
+                stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
+            m->weight[b] = (float)weight;
+        }
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double xi[PD_DIM];
+            pdi_body_bond(body, i, b, xi);
+            double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
+                                                    stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
+            m->weight[b] = body->broken[b] ? 0.0f : (float)((double)m->weight[b] * factor);
+        }
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
+    return PD_OK;
+}
+
+static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
+                                       pd_microelastic *m)
+{
+    memset(m, 0, sizeof *m);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
+        !(body->spacing > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
+                        "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
+                        desc->young, desc->fracture, body->spacing);
+    m->desc = *desc;
+    m->body = body;
+    PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
+    pdi_microelastic_calibrate(m);
+    return pdi_microelastic_weigh(ctx, m);
+}
+
+pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
+{
+    pd_status status = pdi_microelastic_make(ctx, body, desc, m);
+    if (status < 0) pd_microelastic_free(ctx, m);
+    return status;
+}
+
+void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
+{
+    pdi_owner_free(ctx, pdi_microelastic_list, m);
+    memset(m, 0, sizeof *m);
+}
+
+/* Bond b of point i: its stretch, and Y [m]. The stretch is a difference of squares over their sum, which has the
+ * digits of the displacements. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+                                              double *r, double *length)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM, *own = u + (int64_t)i * PD_DIM;
+    int64_t end = (int64_t)body->column[b] * PD_DIM;
+    const double *to = body->position + end, *far = u + end;
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double xi = to[d] - x[d], eta = far[d] - own[d];
+        y[d] = xi + eta;
+        square += xi * xi;
+        more += eta * (xi + y[d]);
+    }
+    *r = sqrt(square);
+    *length = sqrt(square + more);
+    return more / (*r * (*length + *r));
+}
+
+/* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
+static double pdi_microelastic_release(const pd_microelastic *m, const double *u, const double *v, double back,
+                                       int32_t i, int64_t b)
+{
+    const pd_body *body = m->body;
+    int32_t j = body->column[b];
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
+        double xi = body->position[to] - body->position[from], eta = u[to] - u[from];
+        if (v) eta -= back * (v[to] - v[from]);
+        square += xi * xi;
+        more += eta * (2.0 * xi + eta);
+    }
+    double r = sqrt(square), s = more / (r * (sqrt(square + more) + r));
+    return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
+}
+
+/* What a sweep over all points sees. */
+typedef struct pdi_microelastic_sweep {
+    const double *u, *v;
+    double back; /* [s] */
+    double most; /* [-] stretch at which bonds break */
+    double *force;
+} pdi_microelastic_sweep;
+
+/* The force on point i. *released: sum w s^2 r V_i V_j of the bonds that break. */
+static int64_t pdi_microelastic_point(const pd_microelastic *m, const pdi_microelastic_sweep *sweep, int32_t i,
+                                      double *released)
+{
+    const pd_body *body = m->body;
+    double sum[PD_DIM] = {0.0}, y[PD_DIM];
+    int64_t broken = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double r, length, weight = (double)m->weight[b];
+        if (!(weight > 0.0)) continue;
+        double s = pdi_microelastic_stretch(body, sweep->u, i, b, y, &r, &length);
+        if (s > sweep->most) {
+            *released += pdi_microelastic_release(m, sweep->u, sweep->v, sweep->back, i, b);
+            m->weight[b] = 0.0f;
+            body->broken[b] = 1;
+            broken++;
+            continue;
+        }
+        double share = weight * body->volume[body->column[b]] * s / length;
+        for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) sweep->force[(int64_t)i * PD_DIM + d] = m->modulus * sum[d];
+    return broken;
+}
+
+static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const pdi_microelastic_sweep *sweep)
+{
+    enum { parts = 256 };
+    int64_t broken[parts], all = 0, count = m->body->count;
+    double released[parts];
+    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        broken[q] = 0;
+        released[q] = 0.0;
+        for (int64_t i = count * q / parts; i < count * (q + 1) / parts; i++)
+            broken[q] += pdi_microelastic_point(m, sweep, (int32_t)i, &released[q]);
+    }
+    for (int q = 0; q < parts; q++) {
+        all += broken[q];
+        m->released += 0.25 * m->modulus * released[q];
+    }
+    return all / 2;
+}
+
+int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
+{
+    pdi_microelastic_sweep sweep;
+    memset(&sweep, 0, sizeof sweep);
+    sweep.u = u;
+    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
+PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
+                                     double *force)
+{
+    pdi_microelastic_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = 0.5 * dt;
+    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
+double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+{
+    const pd_body *body = m->body;
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, y[PD_DIM], r, length;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double weight = (double)m->weight[b] * body->volume[body->column[b]];
+            if (!(weight > 0.0)) continue;
+            double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+            sum += weight * s * s * r;
+        }
+        pdi_sum_add(&all, 0.25 * m->modulus * body->volume[i] * sum);
+    }
+    return pdi_sum_total(&all);
+}
+
+#undef PDI_MICROELASTIC_WAYS

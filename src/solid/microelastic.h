@@ -1,0 +1,61 @@
+/* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
+ *
+ * The bond of the points i and j puts the force density  c w s Y/|Y| V_j  on i, with the stretch s = (|Y| - r)/r and
+ * Y = xi + eta. Its modulus c, the weights and the critical stretch follow from sums over the lattice, not from
+ * integrals over a ball: the Young modulus of an infinite lattice is exact, it is the same in all directions, and so is
+ * the mean energy that a crack takes (theory: 8.2). Poisson's ratio is 1/4, in plane stress 1/3.
+ *
+ * Sources: Silling and Askari 2005 (prototype microelastic brittle material).
+ */
+#ifndef PD_MICROELASTIC_H
+#define PD_MICROELASTIC_H
+#include "solid/elastic.h"
+
+typedef struct pd_microelastic_desc {
+    double young;    /* [Pa] E */
+    double fracture; /* [J/m2] energy of a crack per area; 0: nothing breaks */
+    pd_plane plane;  /* of 2D */
+    pd_influence influence;
+} pd_microelastic_desc;
+
+typedef struct pd_microelastic {
+    pd_microelastic_desc desc;
+    pd_body *body;      /* whose bonds break */
+    double modulus;     /* [N/m^(2d)] c */
+    double shear;       /* [-] a: bonds count 1 + a q, q = sum n_a^4 - 3/(d + 2) */
+    double critical;    /* [-] stretch at which bonds break; 0: none */
+    double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
+    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
+} pd_microelastic;
+
+#define pd_microelastic_build PD_NAME(pd_microelastic_build)
+#define pd_microelastic_force PD_NAME(pd_microelastic_force)
+#define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
+#define pd_microelastic_free PD_NAME(pd_microelastic_free)
+
+/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
+ * no spacing. */
+PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
+                                       pd_microelastic *material);
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
+ * stretch break, and have no force. Returns how many bonds broke. Source: theory, eq. 8.6. */
+PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *material, const double *u, int breaks,
+                                     double *force);
+/* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
+PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
+PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
+/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
+ * its start and not at its end: its energy is that of the middle. */
+PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
+                                     double dt, double *force);
+/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
+/* Longest stable step [s] of explicit steps for a density [kg/m3]. */
+PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double density);
+#endif
+
+#endif

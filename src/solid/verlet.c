@@ -1,0 +1,144 @@
+/* verlet: see verlet.h */
+#include "solid/verlet.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Share of the longest stable step that is taken, and the most: cut families are softer, bonds that stretch stiffer. */
+#define PDI_VERLET_SHARE 0.8
+#define PDI_VERLET_MOST 1.0
+/* A displacement over the horizon that counts as one of a run that has blown up. */
+#define PDI_VERLET_FAR 1e6
+
+PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
+{
+    pd_verlet *verlet = (pd_verlet *)object;
+    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    PDI_STATE(owner, verlet, u, count, "m");
+    PDI_STATE(owner, verlet, v, count, "m/s");
+    PDI_STATE(owner, verlet, force, count, "N/m3");
+    PDI_VALUE(owner, verlet, time, "s");
+    PDI_VALUE(owner, verlet, work, "J");
+    PDI_VALUE(owner, verlet, steps, "1");
+    PDI_VALUE(owner, verlet, broken, "1");
+}
+
+pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+{
+    memset(d, 0, sizeof *d);
+    if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
+        !(desc->share <= PDI_VERLET_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "verlet",
+                        "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
+                        desc->density, desc->share);
+    d->desc = *desc;
+    d->material = material;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
+    if (status < 0) pd_verlet_free(ctx, d);
+    return status;
+}
+
+void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
+{
+    pdi_owner_free(ctx, pdi_verlet_list, d);
+    memset(d, 0, sizeof *d);
+}
+
+double pd_verlet_kinetic(const pd_verlet *d)
+{
+    const pd_body *body = d->material->body;
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < body->count; i++) {
+        double square = 0.0;
+        for (int a = 0; a < PD_DIM; a++) square += d->v[(int64_t)i * PD_DIM + a] * d->v[(int64_t)i * PD_DIM + a];
+        pdi_sum_add(&all, 0.5 * d->desc.density * body->volume[i] * square);
+    }
+    return pdi_sum_total(&all);
+}
+
+/* Half a step of the velocities, by the present forces. */
+static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
+{
+    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int nt = pdi_par_threads(ctx, n * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t k = 0; k < n; k++) {
+        double load = d->desc.load ? d->desc.load[k] : 0.0;
+        if (!d->desc.held || !d->desc.held[k]) d->v[k] += 0.5 * dt / d->desc.density * (d->force[k] + load);
+    }
+}
+
+/* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
+static double pdi_verlet_work(const pd_verlet *d, double dt)
+{
+    const pd_body *body = d->material->body;
+    int64_t n = (int64_t)body->count * PD_DIM;
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
+        double load = d->desc.load ? d->desc.load[k] : 0.0;
+        if (d->desc.held && d->desc.held[k]) load = -d->force[k];
+        pdi_sum_add(&all, 0.5 * dt * body->volume[k / PD_DIM] * load * d->v[k]);
+    }
+    return pdi_sum_total(&all);
+}
+
+static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    const pd_verlet *d = (const pd_verlet *)self;
+    s->dt = fmin(s->dt, d->longest);
+    PDI_TRY(pdi_process_longest(ctx, self, s));
+    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    return PD_OK;
+}
+
+static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_verlet *d = (pd_verlet *)self;
+    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    pdi_verlet_kick(ctx, d, s->dt);
+    d->work += pdi_verlet_work(d, s->dt);
+    for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
+    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    d->work += pdi_verlet_work(d, s->dt);
+    pdi_verlet_kick(ctx, d, s->dt);
+    d->steps++;
+    double most = pdi_par_max_abs(ctx, n, d->u);
+    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
+                    "the step of %g s is too long", most, s->time, s->dt);
+}
+
+static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    (void)ctx;
+    ((pd_verlet *)self)->time = s->end;
+    return PD_OK;
+}
+
+static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
+}
+
+pd_process pd_verlet_process(pd_verlet *d)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "verlet";
+    p.self = d;
+    p.time = &d->time;
+    p.steps = &d->steps;
+    p.longest = pdi_process_longest;
+    p.limit = pdi_verlet_limit;
+    p.attempt = pdi_verlet_attempt;
+    p.accept = pdi_verlet_accept;
+    p.store = pdi_verlet_store;
+    return p;
+}
+
+#undef PDI_VERLET_SHARE
+#undef PDI_VERLET_MOST
+#undef PDI_VERLET_FAR

@@ -1,0 +1,49 @@
+/* verlet: a body of springs in motion, by velocity Verlet.
+ *
+ * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
+ * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ */
+#ifndef PD_VERLET_H
+#define PD_VERLET_H
+#include "solid/microelastic.h"
+#include "solve/process.h"
+
+typedef struct pd_verlet_desc {
+    double density;      /* [kg/m3] */
+    double share;        /* [-] of the longest stable step; 0: 0.8 */
+    const double *load;  /* [count][PD_DIM] [N/m3]; NULL: none. Borrowed, may change between steps */
+    const uint8_t *held; /* [count][PD_DIM] 1: this velocity stays as it is; NULL: none. Borrowed */
+} pd_verlet_desc;
+
+typedef struct pd_verlet {
+    pd_verlet_desc desc;
+    pd_microelastic *material;
+    double *u;        /* [count][PD_DIM] [m] displacements */
+    double *v;        /* [count][PD_DIM] [m/s] velocities */
+    double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
+    double time;      /* [s] */
+    double longest;   /* [s] stable step times share */
+    double work;      /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
+    int64_t steps, broken;
+} pd_verlet;
+
+#define pd_verlet_build PD_NAME(pd_verlet_build)
+#define pd_verlet_process PD_NAME(pd_verlet_process)
+#define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
+#define pd_verlet_free PD_NAME(pd_verlet_free)
+
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
+ * a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
+                                 pd_verlet *verlet);
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+PD_API pd_process pd_verlet_process(pd_verlet *verlet);
+/* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
+PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
+PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
+#endif
+
+#endif
