@@ -3706,8 +3706,8 @@ typedef struct pd_equilibrium_result {
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
 /* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
- * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite.
- * PD_ERR_DIVERGED: the body has a piece that bonds do not hold together. */
+ * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite, or a
+ * piece that is not held along an axis has loads along it that do not balance. PD_ERR_DIVERGED: loads turn the body. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
@@ -22978,6 +22978,9 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
 #include <math.h>
 #include <string.h>
 
+/* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
+#define PDI_EQUILIBRIUM_ROUNDING 1e-9
+
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
 typedef struct pdi_equilibrium {
@@ -23060,6 +23063,61 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
+/* The points that bonds join to point i, into piece[0 ..]; seen marks them. Returns how many. */
+static int32_t pdi_equilibrium_piece(const pd_elastic *e, int32_t i, uint8_t *seen, int32_t *piece)
+{
+    const pd_body *body = e->body;
+    int32_t count = 1;
+    piece[0] = i;
+    seen[i] = 1;
+    for (int32_t n = 0; n < count; n++)
+        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
+            int32_t j = body->column[b];
+            if (seen[j] || !(e->weight[b] > 0.0f)) continue;
+            seen[j] = 1;
+            piece[count++] = j;
+        }
+    return count;
+}
+
+/* Refuses a piece that is loaded along an axis along which nothing holds it. */
+static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double *load, const int32_t *piece,
+                                          int32_t count)
+{
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0, size = 0.0;
+        int held = 0;
+        for (int32_t n = 0; n < count; n++) {
+            int64_t k = (int64_t)piece[n] * PD_DIM + a;
+            held = held || pdi_equilibrium_held(q, k);
+            sum += q->elastic->body->volume[piece[n]] * load[k];
+            size += q->elastic->body->volume[piece[n]] * fabs(load[k]);
+        }
+        if (!held && fabs(sum) > PDI_EQUILIBRIUM_ROUNDING * size)
+            return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
+                            "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
+                            "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
+    }
+    return PD_OK;
+}
+
+/* The same for all pieces. */
+static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q, const double *load)
+{
+    int32_t *piece = NULL, all = q->elastic->body->count;
+    uint8_t *seen = NULL;
+    pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
+    if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
+    for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        if (seen[i]) continue;
+        int32_t count = pdi_equilibrium_piece(q->elastic, i, seen, piece);
+        status = pdi_equilibrium_balanced(q, load, piece, count);
+    }
+    PDI_DELETE(q->ctx, all, piece);
+    PDI_DELETE(q->ctx, all, seen);
+    return status;
+}
+
 static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, double *u, pd_equilibrium_result *result)
 {
     const double *volume = q->elastic->body->volume;
@@ -23068,6 +23126,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, dou
     double size = 0.0;
     PDI_TRY(pdi_equilibrium_finite(q, load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
+    if (load) PDI_TRY(pdi_equilibrium_pieces(q, load));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
@@ -23094,6 +23153,9 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, dou
     q->krylov.desc.atol = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
+    if (status == PD_ERR_DIVERGED)
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
+                        "their moments");
     if (status < 0) return status;
     for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
     result->iterations = linear.iterations;
@@ -23116,6 +23178,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
+
+#undef PDI_EQUILIBRIUM_ROUNDING
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif

@@ -204,4 +204,37 @@ TEST(finer_hole)
 #define OF_2D
 #endif
 
-TEST_MAIN(ENTRY(lame_ring) OF_2D)
+static int in_box(const double *x) { return fabs(x[0]) < 1.0; }
+
+/* Bodies that no displacement brings to rest are refused: loads that push or turn what nothing holds, also a loose
+ * piece of a body that is held. A load that is not a number, too. */
+TEST(no_rest)
+{
+    for (int way = 0; way < 4; way++) {
+        pd_equilibrium_desc desc;
+        pd_equilibrium_result result;
+        ring_case *c = cells(in_box, 1.0, 0.2, 1.0);
+        if (!c) return;
+        for (int32_t i = 0; i < c->body.count && way == 2; i++)
+            for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
+                c->body.broken[b] = (c->position[i * PD_DIM] < 0.0) != (c->position[c->body.column[b] * PD_DIM] < 0.0);
+        if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
+        memset(&desc, 0, sizeof desc);
+        desc.held = c->held;
+        for (int32_t i = 0; i < c->body.count; i++) {
+            const double *x = c->position + i * PD_DIM;
+            if (way == 0) c->load[i * PD_DIM + 1] = 1.0;
+            if (way == 1) c->load[i * PD_DIM] = x[1];
+            if (way == 2 && x[0] < 0.0) memset(c->held + i * PD_DIM, 1, PD_DIM);
+            if (way == 2 && x[0] > 0.8) c->load[i * PD_DIM] = 1.0;
+        }
+        if (way == 3) c->load[5] = NAN;
+        pd_status status = pd_equilibrium_solve(&c->ctx, &c->elastic, &desc, c->load, c->u, &result);
+        CHECK_INT(status, way == 1 ? PD_ERR_DIVERGED : PD_ERR_STATE);
+        CHECK(strncmp(c->ctx.message, "equilibrium: ", 13) == 0);
+        NOTE("%s", c->ctx.message);
+        end(c);
+    }
+}
+
+TEST_MAIN(ENTRY(lame_ring) OF_2D ENTRY(no_rest))

@@ -22,8 +22,8 @@ typedef struct pd_equilibrium_result {
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
 /* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
- * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite.
- * PD_ERR_DIVERGED: the body has a piece that bonds do not hold together. */
+ * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite, or a
+ * piece that is not held along an axis has loads along it that do not balance. PD_ERR_DIVERGED: loads turn the body. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
