@@ -3763,6 +3763,8 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
+/* Which bonds are broken and what they released, out of the object or back into it. */
+PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
 /* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
  * its start and not at its end: its energy is that of the middle. */
 PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
@@ -23283,6 +23285,7 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+    PDI_VALUE(owner, microelastic, released, "J");
 }
 
 /* Modulus, weights and critical stretch of the lattice. */
@@ -23361,6 +23364,13 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
     pdi_microelastic_calibrate(m);
     return pdi_microelastic_weigh(ctx, m);
+}
+
+PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -23642,6 +23652,7 @@ static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
+    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 

@@ -1,7 +1,8 @@
 /* test_microelastic: bonds as springs: moduli and cracks of the lattice, waves, energies, a crack that runs.
  * dims: 1 2 3 */
-#include "solid/verlet.h"
+#include "io/store.h"
 #include "random.h"
+#include "solid/verlet.h"
 #include "test.h"
 #include <math.h>
 
@@ -247,6 +248,45 @@ TEST(longest_step)
 
 /* ---- cracks that run ---- */
 
+/* A run that goes on from its state at half way ends with the same bits. */
+TEST(goes_on)
+{
+    static double kept[MOST * PD_DIM];
+    const char *path = PD_DIM == 1 ? "springs_1d.state" : PD_DIM == 2 ? "springs_2d.state" : "springs_3d.state";
+    int n[3] = {30, PD_DIM == 1 ? 1 : 20, 8};
+    int64_t broken = 0;
+    for (int run = 0; run < 2; run++) {
+        pd_verlet_desc desc;
+        pd_store store;
+        bar_case *c = box(n, 1e-4, 2.0);
+        memset(&desc, 0, sizeof desc);
+        desc.density = 2440.0;
+        if (!c || !springs(c, 3.8, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT) || !moves(c, &desc)) return;
+        for (int32_t i = 0; i < c->body.count; i++) /* it tears */
+            c->verlet.v[i * PD_DIM] = c->position[i * PD_DIM] > 0.0 ? 30.0 : -30.0;
+        pd_process p = pd_verlet_process(&c->verlet);
+        double half = 20.0 * c->verlet.longest;
+        if (run == 0) {
+            if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, half))) return;
+            CHECK(c->verlet.broken > 0);
+            if (!CHECK_OK(&c->ctx, pd_store_create(&c->ctx, path, &store))) return;
+            CHECK_OK(&c->ctx, p.store(&c->ctx, p.self, &store.archive));
+            CHECK_OK(&c->ctx, pd_store_close(&c->ctx, &store));
+        } else {
+            if (!CHECK_OK(&c->ctx, pd_store_open(&c->ctx, path, &store))) return;
+            CHECK_OK(&c->ctx, p.store(&c->ctx, p.self, &store.archive));
+            CHECK_OK(&c->ctx, pd_store_close(&c->ctx, &store));
+        }
+        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, 2.0 * half))) return;
+        size_t size = (size_t)c->body.count * PD_DIM * sizeof *kept;
+        if (!run) memcpy(kept, c->verlet.u, size);
+        else CHECK(memcmp(kept, c->verlet.u, size) == 0 && c->verlet.broken == broken);
+        broken = c->verlet.broken;
+        end(c);
+    }
+    remove(path);
+}
+
 #if PD_DIM == 2
 /* A notched plate of glass under a tension that comes at once: the crack runs straight from the notch and branches,
  * equally on both sides. Work is kinetic, elastic, or was released by bonds. */
@@ -309,4 +349,5 @@ TEST(plate)
 #define OF_2D
 #endif
 
-TEST_MAIN(ENTRY(moduli) ENTRY(cracks) ENTRY(rotation) OF_1D ENTRY(waves) ENTRY(longest_step) OF_2D)
+TEST_MAIN(ENTRY(moduli) ENTRY(cracks) ENTRY(rotation) OF_1D ENTRY(waves) ENTRY(longest_step)
+              ENTRY(goes_on) OF_2D)

@@ -91,6 +91,7 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+    PDI_VALUE(owner, microelastic, released, "J");
 }
 
 /* Modulus, weights and critical stretch of the lattice. */
@@ -169,6 +170,13 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
     pdi_microelastic_calibrate(m);
     return pdi_microelastic_weigh(ctx, m);
+}
+
+PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)

@@ -120,6 +120,7 @@ static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
+    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 
