@@ -332,9 +332,9 @@ TEST(around_an_axis)
 #if PD_DIM == 1
 #define OF_DIM
 #elif PD_DIM == 2
-#define OF_DIM ENTRY(in_a_stream) ENTRY(refused_in_a_stream) ENTRY(around_an_axis)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, in_a_stream) ENTRY(refused_in_a_stream) ENTRY(around_an_axis)
 #else
-#define OF_DIM ENTRY(in_a_stream) ENTRY(refused_in_a_stream)
+#define OF_DIM SLOW_ENTRY_IF(PD_DIM == 3, in_a_stream) ENTRY(refused_in_a_stream)
 #endif
 
 TEST_MAIN(ENTRY(every_key) ENTRY(current_is_a_speed) ENTRY(refusals) ENTRY(front_moves_at_the_speed_of_the_current)
