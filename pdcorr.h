@@ -4384,8 +4384,8 @@ static inline int pdi_reach_next(pdi_reach *r)
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *dissolve, int32_t j, int k);
 /* Bonds and the fluid beside metal, as nodes and contents are now. Fluid that is as it was keeps what enters. */
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
-/* Solid node j has turned fluid: it and what is in its reach has to be looked at. */
-PDI_FN void pdi_reach_turned(pd_dissolve *dissolve, int32_t j);
+/* Node i among the fluid beside metal, where it is put if it is not there. */
+PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *dissolve, int32_t i);
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
 #endif
 
@@ -23386,24 +23386,30 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Bond b of point i: its stretch, and Y [m]. The stretch is a difference of squares over their sum, which has the
- * digits of the displacements. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
-                                              double *r, double *length)
+/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
+ * displacements. */
+static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
 {
-    const double *x = body->position + (int64_t)i * PD_DIM, *own = u + (int64_t)i * PD_DIM;
-    int64_t end = (int64_t)body->column[b] * PD_DIM;
-    const double *to = body->position + end, *far = u + end;
     double square = 0.0, more = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        double xi = to[d] - x[d], eta = far[d] - own[d];
-        y[d] = xi + eta;
-        square += xi * xi;
-        more += eta * (xi + y[d]);
+        y[d] = xi[d] + eta[d];
+        square += xi[d] * xi[d];
+        more += eta[d] * (xi[d] + y[d]);
     }
     *r = sqrt(square);
     *length = sqrt(square + more);
     return more / (*r * (*length + *r));
+}
+
+/* That of bond b of point i. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+                                              double *r, double *length)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    double xi[PD_DIM], eta[PD_DIM];
+    pdi_body_bond(body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_microelastic_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -23412,15 +23418,14 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     int32_t j = body->column[b];
-    double square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) {
         int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
-        double xi = body->position[to] - body->position[from], eta = u[to] - u[from];
-        if (v) eta -= back * (v[to] - v[from]);
-        square += xi * xi;
-        more += eta * (2.0 * xi + eta);
+        eta[d] = u[to] - u[from];
+        if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double r = sqrt(square), s = more / (r * (sqrt(square + more) + r));
+    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 
@@ -24960,12 +24965,17 @@ PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, reach, words * dissolve->reach_rows, "1");
 }
 
-PDI_FN void pdi_reach_turned(pd_dissolve *d, int32_t j)
+PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *d, int32_t i)
 {
-    d->lags = 1;
-    d->slot[j] = -1;
-    d->mark[j] |= PDI_REACH_TOUCHED;
-    for (int k = 0; k < d->bonds->stencil->count; k++) d->mark[pdi_entry_far(d->bonds, j, k)] |= PDI_REACH_TOUCHED;
+    if (d->slot[i] < 0) {
+        d->slot[i] = d->beside_count++;
+        pdi_beside *beside = &d->beside[d->slot[i]];
+        memset(beside, 0, sizeof *beside);
+        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
+        beside->node = i;
+        beside->fresh = 1;
+    }
+    return &d->beside[d->slot[i]];
 }
 
 /* Forget all rows and all fluid beside metal, and make room for the metal that is exposed now. */
@@ -25002,19 +25012,10 @@ static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 }
 
 /* Fluid at the ends of the bonds of node j is beside metal. */
-static void pdi_reach_join(pd_dissolve *d, int32_t j)
+static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
 {
     pdi_reach reach = pdi_reach_of(d, j);
-    while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
-        if (d->slot[i] >= 0) continue;
-        pdi_beside *beside = &d->beside[d->beside_count];
-        d->slot[i] = d->beside_count++;
-        memset(beside, 0, sizeof *beside);
-        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
-        beside->node = i;
-        beside->fresh = 1;
-    }
+    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(d->bonds, j, reach.bond));
 }
 
 /* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
@@ -25063,7 +25064,7 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count; f++)
-        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join(d, d->front[f]);
+        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join_all(d, d->front[f]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_beside *beside = &d->beside[n];
@@ -25172,26 +25173,13 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
 
-/* Node i among the fluid beside metal. */
-static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
-{
-    if (d->slot[i] < 0) {
-        d->slot[i] = d->beside_count++;
-        pdi_beside *beside = &d->beside[d->slot[i]];
-        memset(beside, 0, sizeof *beside);
-        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
-        beside->node = i;
-    }
-    return &d->beside[d->slot[i]];
-}
-
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
     const pd_stencil *s = d->bonds->stencil;
     double way[PD_DIM], weight = pdi_interface_weight(d, j, entry->node[e], k, entry);
     if (!(weight > 0.0)) return;
-    pdi_beside *beside = pdi_interface_join(d, entry->node[e]);
+    pdi_beside *beside = pdi_reach_join(d, entry->node[e]);
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
@@ -25232,7 +25220,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
                 double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
-                link(d, from, pdi_interface_join(d, entry.far), share, beyond);
+                link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
     for (int32_t n = 0; n < d->beside_count; n++) { /* metal on all sides */
@@ -25729,12 +25717,16 @@ static void pdi_content_note(pd_dissolve *d, int32_t j)
     d->changed[d->changed_count++] = j;
 }
 
-/* Nodes within one bond of `j` may have become exposed. */
+/* Node j has turned fluid. Nodes within one bond may be exposed now, and what reaches them has to be found anew. */
 static void pdi_content_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
+    d->slot[j] = -1;
+    d->lags = 1;
+    d->mark[j] |= PDI_REACH_TOUCHED;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         int32_t i = pdi_entry_far(d->bonds, j, k);
+        d->mark[i] |= PDI_REACH_TOUCHED;
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
@@ -25901,7 +25893,6 @@ static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
 {
     for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
-    for (int32_t n = 0; n < count; n++) pdi_reach_turned(d, turned[n]);
     pdi_content_collect(d);
 }
 

@@ -269,12 +269,16 @@ static void pdi_content_note(pd_dissolve *d, int32_t j)
     d->changed[d->changed_count++] = j;
 }
 
-/* Nodes within one bond of `j` may have become exposed. */
+/* Node j has turned fluid. Nodes within one bond may be exposed now, and what reaches them has to be found anew. */
 static void pdi_content_expose(pd_dissolve *d, int32_t j)
 {
     d->exposed[j] = 0;
+    d->slot[j] = -1;
+    d->lags = 1;
+    d->mark[j] |= PDI_REACH_TOUCHED;
     for (int k = 0; k < d->bonds->stencil->count; k++) {
         int32_t i = pdi_entry_far(d->bonds, j, k);
+        d->mark[i] |= PDI_REACH_TOUCHED;
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
 }
@@ -441,7 +445,6 @@ static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
 {
     for (int32_t n = 0; n < count; n++) pdi_content_expose(d, turned[n]);
-    for (int32_t n = 0; n < count; n++) pdi_reach_turned(d, turned[n]);
     pdi_content_collect(d);
 }
 

@@ -96,26 +96,13 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
 }
 
-/* Node i among the fluid beside metal. */
-static pdi_beside *pdi_interface_join(pd_dissolve *d, int32_t i)
-{
-    if (d->slot[i] < 0) {
-        d->slot[i] = d->beside_count++;
-        pdi_beside *beside = &d->beside[d->slot[i]];
-        memset(beside, 0, sizeof *beside);
-        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
-        beside->node = i;
-    }
-    return &d->beside[d->slot[i]];
-}
-
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
     const pd_stencil *s = d->bonds->stencil;
     double way[PD_DIM], weight = pdi_interface_weight(d, j, entry->node[e], k, entry);
     if (!(weight > 0.0)) return;
-    pdi_beside *beside = pdi_interface_join(d, entry->node[e]);
+    pdi_beside *beside = pdi_reach_join(d, entry->node[e]);
     pdi_metal_beside *portion = &pdi_metal_portion(d, beside)[pdi_metal_of(d, j)];
     beside->enters += weight;
     portion->enters += weight;
@@ -156,7 +143,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
                 double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
-                link(d, from, pdi_interface_join(d, entry.far), share, beyond);
+                link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
     for (int32_t n = 0; n < d->beside_count; n++) { /* metal on all sides */

@@ -17,12 +17,17 @@ PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, reach, words * dissolve->reach_rows, "1");
 }
 
-PDI_FN void pdi_reach_turned(pd_dissolve *d, int32_t j)
+PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *d, int32_t i)
 {
-    d->lags = 1;
-    d->slot[j] = -1;
-    d->mark[j] |= PDI_REACH_TOUCHED;
-    for (int k = 0; k < d->bonds->stencil->count; k++) d->mark[pdi_entry_far(d->bonds, j, k)] |= PDI_REACH_TOUCHED;
+    if (d->slot[i] < 0) {
+        d->slot[i] = d->beside_count++;
+        pdi_beside *beside = &d->beside[d->slot[i]];
+        memset(beside, 0, sizeof *beside);
+        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
+        beside->node = i;
+        beside->fresh = 1;
+    }
+    return &d->beside[d->slot[i]];
 }
 
 /* Forget all rows and all fluid beside metal, and make room for the metal that is exposed now. */
@@ -59,19 +64,10 @@ static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 }
 
 /* Fluid at the ends of the bonds of node j is beside metal. */
-static void pdi_reach_join(pd_dissolve *d, int32_t j)
+static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
 {
     pdi_reach reach = pdi_reach_of(d, j);
-    while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
-        if (d->slot[i] >= 0) continue;
-        pdi_beside *beside = &d->beside[d->beside_count];
-        d->slot[i] = d->beside_count++;
-        memset(beside, 0, sizeof *beside);
-        memset(pdi_metal_portion(d, beside), 0, (size_t)d->kinds * sizeof(pdi_metal_beside));
-        beside->node = i;
-        beside->fresh = 1;
-    }
+    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(d->bonds, j, reach.bond));
 }
 
 /* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
@@ -120,7 +116,7 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
     for (int32_t f = 0; f < d->front_count; f++)
         if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_row(d, d->front[f]);
     for (int32_t f = 0; f < d->front_count; f++)
-        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join(d, d->front[f]);
+        if (all || (d->mark[d->front[f]] & PDI_REACH_TOUCHED)) pdi_reach_join_all(d, d->front[f]);
     PDI_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_beside *beside = &d->beside[n];

@@ -53,8 +53,8 @@ static inline int pdi_reach_next(pdi_reach *r)
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *dissolve, int32_t j, int k);
 /* Bonds and the fluid beside metal, as nodes and contents are now. Fluid that is as it was keeps what enters. */
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
-/* Solid node j has turned fluid: it and what is in its reach has to be looked at. */
-PDI_FN void pdi_reach_turned(pd_dissolve *dissolve, int32_t j);
+/* Node i among the fluid beside metal, where it is put if it is not there. */
+PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *dissolve, int32_t i);
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
 #endif
 

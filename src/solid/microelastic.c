@@ -192,24 +192,30 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Bond b of point i: its stretch, and Y [m]. The stretch is a difference of squares over their sum, which has the
- * digits of the displacements. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
-                                              double *r, double *length)
+/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
+ * displacements. */
+static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
 {
-    const double *x = body->position + (int64_t)i * PD_DIM, *own = u + (int64_t)i * PD_DIM;
-    int64_t end = (int64_t)body->column[b] * PD_DIM;
-    const double *to = body->position + end, *far = u + end;
     double square = 0.0, more = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        double xi = to[d] - x[d], eta = far[d] - own[d];
-        y[d] = xi + eta;
-        square += xi * xi;
-        more += eta * (xi + y[d]);
+        y[d] = xi[d] + eta[d];
+        square += xi[d] * xi[d];
+        more += eta[d] * (xi[d] + y[d]);
     }
     *r = sqrt(square);
     *length = sqrt(square + more);
     return more / (*r * (*length + *r));
+}
+
+/* That of bond b of point i. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+                                              double *r, double *length)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    double xi[PD_DIM], eta[PD_DIM];
+    pdi_body_bond(body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_microelastic_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -218,15 +224,14 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     int32_t j = body->column[b];
-    double square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) {
         int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
-        double xi = body->position[to] - body->position[from], eta = u[to] - u[from];
-        if (v) eta -= back * (v[to] - v[from]);
-        square += xi * xi;
-        more += eta * (2.0 * xi + eta);
+        eta[d] = u[to] - u[from];
+        if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double r = sqrt(square), s = more / (r * (sqrt(square + more) + r));
+    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 
