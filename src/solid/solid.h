@@ -1,0 +1,39 @@
+/* solid: what solvers see of a material: forces, their derivative, energy and stress.
+ *
+ * A material owns the state of its bonds and points and offers this table. Solvers hold displacements u and loads. All
+ * arrays have the order of the points of the body; vectors [count][PD_DIM], tensors [count][PD_DIM^2].
+ */
+#ifndef PD_SOLID_H
+#define PD_SOLID_H
+#include "core/archive.h"
+#include "solid/body.h"
+
+typedef struct pd_solid {
+    const char *name;
+    void *self;
+    pd_body *body;
+    const double *edge; /* [count][PD_DIM] [1/m] a traction P n on the surface is the load -P edge; NULL: none known */
+    int linear;         /* 1: forces are linear in u and know nothing of what was before */
+    /* force [N/m3] of the displacements u [m]. PD_RETRY: u is no state of the material, as where bonds are turned inside
+     * out. */
+    pd_status (*force)(pd_ctx *ctx, void *self, const double *u, double *force);
+    /* df [N/m3]: derivative along du [m] of the forces at the u of the last `force`. V_i df_i is symmetric in du. */
+    void (*tangent)(const pd_ctx *ctx, void *self, const double *du, double *df);
+    /* block [count][PD_DIM^2] [N/m] about -V_i d force_i/d u_i at the last u, for preconditioners: symmetric and
+     * positive definite. */
+    void (*blocks)(const pd_ctx *ctx, void *self, double *block);
+    /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
+    double (*energy)(const pd_ctx *ctx, void *self, const double *u);
+    /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
+    void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
+    /* Bonds have broken, or points have lost stiffness. */
+    pd_status (*update)(pd_ctx *ctx, void *self);
+    /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
+    pd_status (*commit)(pd_ctx *ctx, void *self, const double *u);
+    /* Longest stable explicit step [s] of small displacements for a density [kg/m3]. */
+    double (*limit)(const void *self, double density);
+    /* Write all that is remembered, or read it. NULL: nothing is. */
+    pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
+} pd_solid;
+
+#endif
