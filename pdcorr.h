@@ -3628,9 +3628,9 @@ typedef struct pd_solid {
     const char *name;
     void *self;
     pd_body *body;
-    const double *edge; /* [count][PD_DIM] [1/m] a traction P n on the surface is the load -P edge; NULL: none known */
+    const double *edge; /* [count][PD_DIM] [1/m] a traction P n on the surface is the load -P edge; NULL: unknown */
     int linear;         /* 1: forces are linear in u and know nothing of what was before */
-    /* force [N/m3] of the displacements u [m]. PD_RETRY: u is no state of the material, as where bonds are turned inside
+    /* force [N/m3] of displacements u [m]. PD_RETRY: u is no state of the material, as where bonds are turned inside
      * out. */
     pd_status (*force)(pd_ctx *ctx, void *self, const double *u, double *force);
     /* df [N/m3]: derivative along du [m] of the forces at the u of the last `force`. V_i df_i is symmetric in du. */
