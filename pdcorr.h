@@ -126,6 +126,11 @@
  *     plot       curves and markers over two axes as a PNG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
+ *     scan       words and numbers of a text, and failures that name its line.
+ *     points     places with volumes and regions, and cells of meshes that become such points.
+ *     msh        cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
+ *     vtu        cells or points of VTK files of unstructured grids (XML) as points.
+ *     mesh       points of a body from a file: a table, or the cells of a mesh.
  *     progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   scene/
  *     units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -5212,7 +5217,7 @@ PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 #define PD_CSV_H
 
 #define PD_CSV_COLUMNS 256       /* most columns of a table */
-#define PD_CSV_FILE_LIMIT 67108864 /* [byte] largest table that is read */
+#define PD_CSV_FILE_LIMIT 536870912 /* [byte] largest table that is read */
 
 /* Rows on their way to a file. Zero-initialise. */
 typedef struct pd_csv {
@@ -5262,6 +5267,159 @@ PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
  * are cut off. PD_ERR_FILE: it is shorter, or another one. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
 #endif
+
+#endif
+
+/* ======== >>io/scan.h ======== */
+/* scan: words and numbers of a text, and failures that name its line.
+ *
+ * Words are separated by blanks and line ends. A failure is PD_ERR_PARSE with "path:line: ".
+ */
+#ifndef PD_SCAN_H
+#define PD_SCAN_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_scan {
+    pd_ctx *ctx;
+    const char *where; /* the module, for messages */
+    const char *path;
+    const char *text, *end; /* *end is 0 */
+    const char *at;
+} pdi_scan;
+
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* The next word; its length, 0 at the end of the text. */
+PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
+/* Go behind the end of the line; 1: there was nothing left on it. */
+PDI_FN int pdi_scan_line(pdi_scan *scan);
+/* The next word as a finite number, or as a whole one from low to high. what: its name, for the message. */
+PDI_FN pd_status pdi_scan_number(pdi_scan *scan, const char *what, double *value);
+PDI_FN pd_status pdi_scan_integer(pdi_scan *scan, const char *what, int64_t low, int64_t high, int64_t *value);
+/* The next word as a number of entries of at least so many bytes each: a file that names more of them than it can hold
+ * is refused before memory is asked for. */
+PDI_FN pd_status pdi_scan_count(pdi_scan *scan, const char *what, int bytes, int64_t *count);
+/* The next word has to be this one. */
+PDI_FN pd_status pdi_scan_expect(pdi_scan *scan, const char *word);
+#endif
+
+#endif
+
+/* ======== >>io/points.h ======== */
+/* points: places with volumes and regions, and cells of meshes that become such points.
+ *
+ * A cell becomes a point at its centroid with its volume: both are integrals of the multilinear map of the cell, which
+ * Gauss points integrate exactly, faces of a hexahedron that are not plane included.
+ */
+#ifndef PD_POINTS_H
+#define PD_POINTS_H
+
+typedef struct pd_points {
+    int32_t count;
+    int32_t room;     /* length of the arrays */
+    double *position; /* [count][PD_DIM] [m] */
+    double *volume;   /* [count] [m^d] */
+    int32_t *tag;     /* [count] region; 0: none */
+} pd_points;
+
+#define pd_points_free PD_NAME(pd_points_free)
+
+PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
+
+#ifdef PDI_INTERNAL
+/* Append a point. PD_ERR_SIZE: more than int32 counts. */
+PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
+/* Arrays as long as the points are many. */
+PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *points);
+
+/* Corners of the forms are numbered as in VTK and Gmsh, which agree on all of them but for the side from which the base
+ * of a wedge is seen. */
+typedef enum pdi_cell_form {
+    PDI_CELL_NONE = 0,
+    PDI_CELL_LINE,
+    PDI_CELL_TRIANGLE,
+    PDI_CELL_QUAD,
+    PDI_CELL_TETRAHEDRON,
+    PDI_CELL_HEXAHEDRON,
+    PDI_CELL_WEDGE,
+    PDI_CELL_PYRAMID
+} pdi_cell_form;
+
+/* Cells on their way to points. Zero it and set points, scale and extent. */
+typedef struct pdi_cells {
+    pd_points *points;
+    double scale;    /* [-] of lengths */
+    double extent;   /* [m] of the mesh, before scaling */
+    double level[3]; /* [m] coordinates of the first corner: those beyond PD_DIM are the same everywhere */
+    int started;
+    double sign;     /* [-] which way the cells of a surface or line turn; 0: not known. The reader clears it where
+                      * another surface begins */
+} pdi_cells;
+
+PDI_FN int pdi_points_corners(pdi_cell_form form);
+/* Append the cell of these corners [3] [m]. *fault: why it is refused, NULL when it is not. mirrored 1: a cell of
+ * negative volume is good. */
+PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
+                               int mirrored, int32_t tag, const char **fault);
+#endif
+
+#endif
+
+/* ======== >>io/msh.h ======== */
+/* msh: cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
+ *
+ * Cells of PD_DIM dimensions count (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids), those of fewer
+ * are left out. The tag of a point is the physical group of its cell: the first one where there are several, without
+ * its sign; 0 where there is none.
+ */
+#ifndef PD_MSH_H
+#define PD_MSH_H
+
+#ifdef PDI_INTERNAL
+/* All cells of the text, whose lengths are times scale in metres. PD_ERR_PARSE with path:line: what the format does not
+ * allow, cells of higher order, folded or turned cells. */
+PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points);
+#endif
+
+#endif
+
+/* ======== >>io/vtu.h ======== */
+/* vtu: cells or points of VTK files of unstructured grids (XML) as points.
+ *
+ * Data may stand as text, as base64 in place, or appended (raw or base64), as it is or in blocks of zlib, in either
+ * byte order. Cells of PD_DIM dimensions count; a grid that has none gives its points, with the point data `volume`.
+ * The tag of a point is the first of the cell data (point data) tag, region, material and gmsh:physical that there is,
+ * else 0.
+ */
+#ifndef PD_VTU_H
+#define PD_VTU_H
+
+#ifdef PDI_INTERNAL
+/* All pieces of the grid, whose lengths are times scale in metres. PD_ERR_PARSE with path:line. */
+PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points);
+#endif
+
+#endif
+
+/* ======== >>io/mesh.h ======== */
+/* mesh: points of a body from a file: a table, or the cells of a mesh.
+ *
+ *   .csv   a table with a line of names: x, y, z (as many as there are dimensions), volume, and tag if there is one;
+ *          a unit in brackets behind a name and other columns are passed over
+ *   .msh   Gmsh 2.2 and 4.1 as text (msh.h)
+ *   .vtu   VTK XML of an unstructured grid (vtu.h)
+ *
+ * Other names: the first bytes decide. Cells become points at their centroids with their volumes. Coordinates beyond
+ * PD_DIM have to be the same everywhere.
+ */
+#ifndef PD_MESH_H
+#define PD_MESH_H
+
+#define pd_points_read PD_NAME(pd_points_read)
+
+/* Lengths of the file times scale are metres (1e-3: millimetres), and volumes times scale^d. At least one point is
+ * read. PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE with path:line: what does not follow the
+ * format, a point or cell without positive volume, a cell that is folded or turned. */
+PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points);
 
 #endif
 
@@ -31389,6 +31547,1355 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
     }
     return PD_OK;
 }
+
+/* ======== >>io/scan.c ======== */
+/* scan: see scan.h */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
+{
+    char text[300];
+    int line = 1;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    for (const char *c = s->text; c < at && c < s->end; c++) line += *c == '\n';
+    return pdi_fail(s->ctx, PD_ERR_PARSE, s->where, "%.250s:%d: %s", s->path, line, text);
+}
+
+static int pdi_scan_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+PDI_FN size_t pdi_scan_word(pdi_scan *s, const char **word)
+{
+    while (s->at < s->end && pdi_scan_blank(*s->at)) s->at++;
+    *word = s->at;
+    while (s->at < s->end && !pdi_scan_blank(*s->at)) s->at++;
+    return (size_t)(s->at - *word);
+}
+
+PDI_FN int pdi_scan_line(pdi_scan *s)
+{
+    int nothing = 1;
+    for (; s->at < s->end && *s->at != '\n'; s->at++) nothing = nothing && pdi_scan_blank(*s->at);
+    if (s->at < s->end) s->at++;
+    return nothing;
+}
+
+/* A word that is not what it has to be. */
+static pd_status pdi_scan_wrong(const pdi_scan *s, const char *word, size_t size, const char *expected)
+{
+    if (size == 0) return pdi_scan_fail(s, s->end, "the file ends here, expected %s", expected);
+    return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word, expected);
+}
+
+PDI_FN pd_status pdi_scan_number(pdi_scan *s, const char *what, double *value)
+{
+    const char *word;
+    char expected[80];
+    size_t size = pdi_scan_word(s, &word);
+    if (size > 0 && pdi_file_parse(word, size, value) && isfinite(*value)) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a finite number", what);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_integer(pdi_scan *s, const char *what, int64_t low, int64_t high, int64_t *value)
+{
+    const char *word;
+    char expected[120];
+    size_t size = pdi_scan_word(s, &word), k = 0;
+    int minus = size > 0 && word[0] == '-', good = size > 0;
+    *value = 0;
+    if (size > 0 && (word[0] == '-' || word[0] == '+')) k = 1;
+    good = good && size > k && size - k <= 18;
+    for (; good && k < size; k++) {
+        good = word[k] >= '0' && word[k] <= '9';
+        *value = 10 * *value + (word[k] - '0');
+    }
+    if (minus) *value = -*value;
+    if (good && *value >= low && *value <= high) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a whole number from %.0f to %.0f", what, (double)low, (double)high);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_count(pdi_scan *s, const char *what, int bytes, int64_t *count)
+{
+    PDI_TRY(pdi_scan_integer(s, what, 0, INT64_C(999999999999999999), count));
+    if (*count <= (int64_t)(s->end - s->at) / bytes + 1 && *count <= INT32_MAX) return PD_OK;
+    return pdi_scan_fail(s, s->at, "%s: %.0f, which is more than the rest of the file can hold", what, (double)*count);
+}
+
+PDI_FN pd_status pdi_scan_expect(pdi_scan *s, const char *expected)
+{
+    const char *word;
+    size_t size = pdi_scan_word(s, &word);
+    if (size == strlen(expected) && memcmp(word, expected, size) == 0) return PD_OK;
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+/* ======== >>io/points.c ======== */
+/* points: see points.h */
+#include <math.h>
+#include <string.h>
+
+/* Least volume of a cell, over its extent to the power of its dimension. */
+#define PDI_POINTS_THIN 1e-12
+/* Coordinates beyond the dimension of the program that count as the same, over the extent of the mesh. */
+#define PDI_POINTS_FLAT 1e-9
+
+enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* of a line, a quad, a hexahedron */
+
+void pd_points_free(pd_ctx *ctx, pd_points *p)
+{
+    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
+    PDI_DELETE(ctx, p->room, p->volume);
+    PDI_DELETE(ctx, p->room, p->tag);
+    memset(p, 0, sizeof *p);
+}
+
+/* Move one array to another length. */
+static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
+{
+    pd_points larger;
+    memset(&larger, 0, sizeof larger);
+    larger.room = room;
+    larger.count = p->count;
+    pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
+    if (status != PD_OK) {
+        pd_points_free(ctx, &larger);
+        return status;
+    }
+    if (p->count) {
+        memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
+        memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
+        memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
+    }
+    pd_points_free(ctx, p);
+    *p = larger;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
+{
+    if (p->count == p->room) {
+        if (p->room > INT32_MAX / 2 - 64) return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->room);
+        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->room + 64));
+    }
+    for (int d = 0; d < PD_DIM; d++) p->position[(int64_t)p->count * PD_DIM + d] = position[d];
+    p->volume[p->count] = volume;
+    p->tag[p->count++] = tag;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
+
+/* ---- cells ---- */
+
+PDI_FN int pdi_points_corners(pdi_cell_form form)
+{
+    static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
+    return corners[form];
+}
+
+/* Corner k of the line, quad or hexahedron that a cell is, with corners that coincide. Bit d of k: the end along the
+ * axis d of the map. */
+static int pdi_points_corner(pdi_cell_form form, int k)
+{
+    static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
+                                    {0, 1, 3, 2, 0, 0, 0, 0}, {0, 1, 2, 2, 3, 3, 3, 3}, {0, 1, 3, 2, 4, 5, 7, 6},
+                                    {0, 1, 2, 2, 3, 4, 5, 5}, {0, 1, 3, 2, 4, 4, 4, 4}};
+    return of[form][k];
+}
+
+static double pdi_points_determinant(const double *j)
+{
+    if (PD_DIM == 1) return j[0];
+    if (PD_DIM == 2) return j[0] * j[3] - j[1] * j[2];
+    return j[0] * (j[4] * j[8] - j[5] * j[7]) - j[1] * (j[3] * j[8] - j[5] * j[6]) +
+           j[2] * (j[3] * j[7] - j[4] * j[6]);
+}
+
+/* The place and the volume of Gauss point g, of corners x. */
+static double pdi_points_gauss(const double *x, int g, double *place)
+{
+    const double at = 0.5 / sqrt(3.0);
+    double jacobian[9] = {0.0}; /* of the unit cube */
+    for (int d = 0; d < PD_DIM; d++) place[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++) {
+        double share[PD_DIM], shape = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            share[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
+            shape *= share[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) {
+            double slope = k >> d & 1 ? 1.0 : -1.0;
+            for (int e = 0; e < PD_DIM; e++) slope *= e == d ? 1.0 : share[e];
+            for (int e = 0; e < PD_DIM; e++) jacobian[e * PD_DIM + d] += slope * x[k * PD_DIM + e];
+        }
+        for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
+    }
+    return pdi_points_determinant(jacobian) / PDI_POINTS_CORNERS;
+}
+
+/* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */
+static double pdi_points_integrate(pdi_cell_form form, const double *const *corner, double *centre)
+{
+    double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++)
+        for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
+            x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
+            size = fmax(size, fabs(x[k * PD_DIM + d]));
+        }
+    for (int d = 0; d < PD_DIM; d++) whole *= size;
+    for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
+        double place[PD_DIM], part = pdi_points_gauss(x, g, place);
+        if (g == 0) first = part;
+        if (!(part / first > 0.0)) return 0.0;
+        volume += part;
+        for (int d = 0; d < PD_DIM; d++) centre[d] += part * place[d];
+    }
+    if (!(fabs(volume) > PDI_POINTS_THIN * whole)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = corner[0][d] + centre[d] / volume;
+    return volume;
+}
+
+PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
+                               int mirrored, int32_t tag, const char **fault)
+{
+    double centre[PD_DIM], scale = 1.0;
+    *fault = NULL;
+    if (!cells->started) memcpy(cells->level, corner[0], sizeof cells->level);
+    cells->started = 1;
+    for (int k = 0; k < pdi_points_corners(form); k++)
+        for (int d = PD_DIM; d < 3; d++)
+            if (fabs(corner[k][d] - cells->level[d]) > PDI_POINTS_FLAT * cells->extent)
+                *fault = PD_DIM == 1 ? "a cell off the line y, z = constant" : "a cell off the plane z = constant";
+    double volume = pdi_points_integrate(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
+    if (*fault) return PD_OK;
+    if (!(fabs(volume) > 0.0)) *fault = "a cell without volume, or folded";
+    else if (PD_DIM == 3 && volume < 0.0 && !mirrored) *fault = "a cell turned inside out: its volume is negative";
+    else if (PD_DIM < 3 && sign * cells->sign < 0.0) *fault = "a cell that turns the other way than those before it";
+    if (*fault) return PD_OK;
+    cells->sign = sign;
+    for (int d = 0; d < PD_DIM; d++) {
+        centre[d] *= cells->scale;
+        scale *= cells->scale;
+    }
+    volume = fabs(volume) * scale;
+    if (!(volume > 0.0) || !(volume < 1e100)) *fault = "a cell whose volume is out of range";
+    return *fault ? PD_OK : pdi_points_add(ctx, cells->points, centre, volume, tag);
+}
+
+#undef PDI_POINTS_THIN
+#undef PDI_POINTS_FLAT
+
+/* ======== >>io/msh.c ======== */
+/* msh: see msh.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Largest number of a node or an entity. */
+#define PDI_MSH_MOST 999999999999999
+
+typedef struct pdi_msh_node {
+    int64_t id;
+    double x[3];
+} pdi_msh_node;
+
+/* An entity of PD_DIM dimensions and its group. */
+typedef struct pdi_msh_entity {
+    int64_t id;
+    int32_t tag;
+} pdi_msh_entity;
+
+typedef struct pdi_msh {
+    pdi_scan *scan;
+    pdi_cells cells;
+    int version; /* 2 or 4 */
+    int64_t nodes, entities;
+    pdi_msh_node *node;     /* [nodes] by id */
+    pdi_msh_entity *entity; /* [entities] by id */
+    int has_nodes, has_entities, has_elements;
+    int64_t surface; /* of the cell before */
+} pdi_msh;
+
+static int pdi_msh_compare(const void *a, const void *b)
+{
+    const pdi_msh_node *p = (const pdi_msh_node *)a, *q = (const pdi_msh_node *)b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+static int pdi_msh_compare_entities(const void *a, const void *b)
+{
+    const pdi_msh_entity *p = (const pdi_msh_entity *)a, *q = (const pdi_msh_entity *)b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+/* Whole numbers and others that are read and left. */
+static pd_status pdi_msh_pass(pdi_msh *m, const char *what, int64_t count)
+{
+    double value;
+    for (int64_t k = 0; k < count; k++) PDI_TRY(pdi_scan_number(m->scan, what, &value));
+    return PD_OK;
+}
+
+/* ---- $MeshFormat, $Entities, $Nodes ---- */
+
+static pd_status pdi_msh_format(pdi_msh *m)
+{
+    const char *at = m->scan->at;
+    double version;
+    int64_t binary, bytes;
+    PDI_TRY(pdi_scan_number(m->scan, "the version", &version));
+    m->version = fabs(version - 2.2) < 1e-9 ? 2 : fabs(version - 4.1) < 1e-9 ? 4 : 0;
+    if (!m->version) return pdi_scan_fail(m->scan, at, "MSH version %g, expected 2.2 or 4.1", version);
+    PDI_TRY(pdi_scan_integer(m->scan, "the file type", 0, 1, &binary));
+    PDI_TRY(pdi_scan_integer(m->scan, "the size of numbers", 1, 16, &bytes));
+    if (binary) return pdi_scan_fail(m->scan, at, "a binary file, expected text: save it with Mesh.Binary = 0");
+    return pdi_scan_expect(m->scan, "$EndMeshFormat");
+}
+
+/* Numbers of groups, the first one of them into *tag. */
+static pd_status pdi_msh_groups(pdi_msh *m, int64_t *tag)
+{
+    int64_t count, group;
+    *tag = 0;
+    PDI_TRY(pdi_scan_count(m->scan, "the number of groups", 2, &count));
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_integer(m->scan, "a group", -INT32_MAX, INT32_MAX, &group));
+        if (k == 0) *tag = group < 0 ? -group : group;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_msh_entities(pdi_msh *m)
+{
+    int64_t count[4], id, tag, bounds;
+    pdi_scan *s = m->scan;
+    const char *begin = s->at;
+    if (m->has_entities++) return pdi_scan_fail(s, begin, "a second section $Entities");
+    for (int d = 0; d < 4; d++) PDI_TRY(pdi_scan_count(s, "the number of entities", 10, &count[d]));
+    m->entities = count[PD_DIM];
+    PDI_TRY(PDI_NEW(s->ctx, "msh", m->entities, m->entity));
+    for (int d = 0; d < 4; d++)
+        for (int64_t k = 0; k < count[d]; k++) {
+            PDI_TRY(pdi_scan_integer(s, "an entity", -PDI_MSH_MOST, PDI_MSH_MOST, &id));
+            PDI_TRY(pdi_msh_pass(m, "the extent of an entity", d ? 6 : 3));
+            PDI_TRY(pdi_msh_groups(m, &tag));
+            if (d) PDI_TRY(pdi_scan_count(s, "the number of its bounds", 2, &bounds));
+            if (d) PDI_TRY(pdi_msh_pass(m, "a bound of an entity", bounds));
+            if (d != PD_DIM) continue;
+            m->entity[k].id = id;
+            m->entity[k].tag = (int32_t)tag;
+        }
+    qsort(m->entity, (size_t)m->entities, sizeof *m->entity, pdi_msh_compare_entities);
+    return pdi_scan_expect(s, "$EndEntities");
+}
+
+static pd_status pdi_msh_place(pdi_msh *m, pdi_msh_node *node)
+{
+    for (int d = 0; d < 3; d++) {
+        PDI_TRY(pdi_scan_number(m->scan, "a coordinate", &node->x[d]));
+        if (!(fabs(node->x[d]) < 1e100))
+            return pdi_scan_fail(m->scan, m->scan->at, "the coordinate %g, expected less than 1e100", node->x[d]);
+    }
+    return PD_OK;
+}
+
+/* Blocks of 4.1: ids, then places, which parameters may follow on their line. */
+static pd_status pdi_msh_node_blocks(pdi_msh *m, int64_t blocks)
+{
+    int64_t value, count, done = 0;
+    pdi_scan *s = m->scan;
+    for (int64_t b = 0; b < blocks; b++) {
+        PDI_TRY(pdi_scan_integer(s, "the dimension of a block", 0, 3, &value));
+        PDI_TRY(pdi_scan_integer(s, "the entity of a block", -PDI_MSH_MOST, PDI_MSH_MOST, &value));
+        PDI_TRY(pdi_scan_integer(s, "whether a block has parameters", 0, 1, &value));
+        const char *at = s->at;
+        PDI_TRY(pdi_scan_integer(s, "the number of nodes of a block", 0, PDI_MSH_MOST, &count));
+        if (count > m->nodes - done)
+            return pdi_scan_fail(s, at, "blocks with more than the %.0f nodes of the section", (double)m->nodes);
+        for (int64_t k = 0; k < count; k++)
+            PDI_TRY(pdi_scan_integer(s, "a node", 1, PDI_MSH_MOST, &m->node[done + k].id));
+        for (int64_t k = 0; k < count; k++) {
+            PDI_TRY(pdi_msh_place(m, &m->node[done + k]));
+            pdi_scan_line(s);
+        }
+        done += count;
+    }
+    if (done == m->nodes) return PD_OK;
+    return pdi_scan_fail(s, s->at, "%.0f nodes in blocks, expected %.0f", (double)done, (double)m->nodes);
+}
+
+static pd_status pdi_msh_nodes(pdi_msh *m)
+{
+    int64_t blocks = 0, bound;
+    pdi_scan *s = m->scan;
+    const char *begin = s->at;
+    if (m->has_nodes++) return pdi_scan_fail(s, begin, "a second section $Nodes");
+    if (m->version == 4) PDI_TRY(pdi_scan_count(s, "the number of blocks", 4, &blocks));
+    PDI_TRY(pdi_scan_count(s, "the number of nodes", 8, &m->nodes));
+    for (int k = 0; m->version == 4 && k < 2; k++)
+        PDI_TRY(pdi_scan_integer(s, "the bounds of nodes", 0, PDI_MSH_MOST, &bound));
+    PDI_TRY(PDI_NEW(s->ctx, "msh", m->nodes, m->node));
+    if (m->version == 4) PDI_TRY(pdi_msh_node_blocks(m, blocks));
+    for (int64_t k = 0; m->version == 2 && k < m->nodes; k++) {
+        PDI_TRY(pdi_scan_integer(s, "a node", 1, PDI_MSH_MOST, &m->node[k].id));
+        PDI_TRY(pdi_msh_place(m, &m->node[k]));
+    }
+    PDI_TRY(pdi_scan_expect(s, "$EndNodes"));
+    qsort(m->node, (size_t)m->nodes, sizeof *m->node, pdi_msh_compare);
+    for (int64_t k = 0; k < m->nodes; k++) {
+        if (k && m->node[k].id == m->node[k - 1].id)
+            return pdi_scan_fail(s, begin, "two nodes with the number %.0f", (double)m->node[k].id);
+        for (int d = 0; d < 3; d++)
+            m->cells.extent = fmax(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
+    }
+    return PD_OK;
+}
+
+/* ---- $Elements ---- */
+
+/* The form of a type of elements, and its dimension: -1 where it is not known. */
+static pdi_cell_form pdi_msh_form(int64_t type, int *dimension)
+{
+    static const int8_t of[32] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
+                                  2,  3, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 3, 3, 3};
+    *dimension = type > 0 && type < 32 ? of[type] : -1;
+    return type >= 1 && type <= 7 ? (pdi_cell_form)type : PDI_CELL_NONE;
+}
+
+/* 1: cells of this type count. PD_ERR_PARSE: they ought to, and cannot. */
+static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *counts)
+{
+    int dimension;
+    pdi_cell_form form = pdi_msh_form(type, &dimension);
+    *counts = dimension == PD_DIM;
+    if (dimension < 0) return pdi_scan_fail(m->scan, at, "elements of type %.0f, which is not known", (double)type);
+    if (dimension > PD_DIM) return pdi_scan_fail(m->scan, at, "elements of %dD in a program of %dD", dimension, PD_DIM);
+    if (*counts && form == PDI_CELL_NONE)
+        return pdi_scan_fail(m->scan, at, "elements of type %.0f, expected straight ones: save the mesh with order 1",
+                             (double)type);
+    return PD_OK;
+}
+
+/* The rest of a line: the corners of a cell of `surface`, and the cell. */
+static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
+{
+    const double *corner[8];
+    const char *begin = m->scan->at, *fault;
+    for (int k = 0; k < pdi_points_corners(form); k++) {
+        pdi_msh_node key;
+        PDI_TRY(pdi_scan_integer(m->scan, "a node of an element", 1, PDI_MSH_MOST, &key.id));
+        const void *found = m->nodes ? bsearch(&key, m->node, (size_t)m->nodes, sizeof key, pdi_msh_compare) : NULL;
+        if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
+        corner[k] = ((const pdi_msh_node *)found)->x;
+    }
+    if (surface != m->surface) m->cells.sign = 0.0;
+    m->surface = surface;
+    PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
+    if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
+    if (pdi_scan_line(m->scan)) return PD_OK;
+    return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
+}
+
+/* Lines of 2.2: number, type, groups, nodes. */
+static pd_status pdi_msh_element(pdi_msh *m)
+{
+    int64_t id, type, count, tag[2] = {0, 0}, value;
+    int counts;
+    PDI_TRY(pdi_scan_integer(m->scan, "an element", 0, PDI_MSH_MOST, &id));
+    const char *at = m->scan->at;
+    PDI_TRY(pdi_scan_integer(m->scan, "the type of an element", 0, PDI_MSH_MOST, &type));
+    PDI_TRY(pdi_msh_counts(m, at, type, &counts));
+    if (counts) {
+        PDI_TRY(pdi_scan_count(m->scan, "the number of tags", 2, &count));
+        for (int64_t k = 0; k < count; k++) {
+            PDI_TRY(pdi_scan_integer(m->scan, "a tag", -INT32_MAX, INT32_MAX, &value));
+            if (k < 2) tag[k] = value < 0 ? -value : value;
+        }
+        return pdi_msh_cell(m, pdi_msh_form(type, &counts), tag[1], (int32_t)tag[0]);
+    }
+    pdi_scan_line(m->scan);
+    return PD_OK;
+}
+
+/* A block of 4.1; *left: elements that the section still has. */
+static pd_status pdi_msh_block(pdi_msh *m, int64_t *left)
+{
+    int64_t dimension, type, count, id;
+    int counts, known;
+    pdi_msh_entity key, *found = NULL;
+    pdi_scan *s = m->scan;
+    PDI_TRY(pdi_scan_integer(s, "the dimension of a block", 0, 3, &dimension));
+    const char *at = s->at;
+    PDI_TRY(pdi_scan_integer(s, "the entity of a block", -PDI_MSH_MOST, PDI_MSH_MOST, &key.id));
+    PDI_TRY(pdi_scan_integer(s, "the type of elements", 0, PDI_MSH_MOST, &type));
+    PDI_TRY(pdi_msh_counts(m, at, type, &counts));
+    PDI_TRY(pdi_scan_integer(s, "the number of elements of a block", 0, PDI_MSH_MOST, &count));
+    if (count > *left) return pdi_scan_fail(s, at, "blocks with more elements than their section");
+    *left -= count;
+    if (counts && m->entities)
+        found = (pdi_msh_entity *)bsearch(&key, m->entity, (size_t)m->entities, sizeof key, pdi_msh_compare_entities);
+    if (counts && m->has_entities && !found)
+        return pdi_scan_fail(s, at, "elements of the entity %.0f, which $Entities does not have", (double)key.id);
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_integer(s, "an element", 0, PDI_MSH_MOST, &id));
+        if (counts) PDI_TRY(pdi_msh_cell(m, pdi_msh_form(type, &known), key.id, found ? found->tag : 0));
+        else pdi_scan_line(s);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_msh_elements(pdi_msh *m)
+{
+    int64_t blocks = 0, count, bound;
+    pdi_scan *s = m->scan;
+    if (!m->has_nodes) return pdi_scan_fail(s, s->at, "$Elements before $Nodes");
+    if (m->has_elements++) return pdi_scan_fail(s, s->at, "a second section $Elements");
+    m->surface = -1;
+    if (m->version == 4) PDI_TRY(pdi_scan_count(s, "the number of blocks", 4, &blocks));
+    PDI_TRY(pdi_scan_count(s, "the number of elements", 4, &count));
+    for (int k = 0; m->version == 4 && k < 2; k++)
+        PDI_TRY(pdi_scan_integer(s, "the bounds of elements", 0, PDI_MSH_MOST, &bound));
+    for (int64_t b = 0; b < blocks; b++) PDI_TRY(pdi_msh_block(m, &count));
+    for (int64_t k = 0; m->version == 2 && k < count; k++) PDI_TRY(pdi_msh_element(m));
+    if (m->version == 4 && count) return pdi_scan_fail(s, s->at, "%.0f elements too few in blocks", (double)count);
+    return pdi_scan_expect(s, "$EndElements");
+}
+
+/* ---- sections ---- */
+
+/* Go behind the end of a section that nothing is wanted from. */
+static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
+{
+    const char *word;
+    for (size_t length; (length = pdi_scan_word(m->scan, &word)) > 0;)
+        if (length == size + 3 && memcmp(word, "$End", 4) == 0 && memcmp(word + 4, name + 1, size - 1) == 0)
+            return PD_OK;
+    return pdi_scan_fail(m->scan, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
+}
+
+static int pdi_msh_is(const char *word, size_t size, const char *name)
+{
+    return size == strlen(name) && memcmp(word, name, size) == 0;
+}
+
+static pd_status pdi_msh_sections(pdi_msh *m)
+{
+    const char *word;
+    PDI_TRY(pdi_scan_expect(m->scan, "$MeshFormat"));
+    PDI_TRY(pdi_msh_format(m));
+    for (size_t size; (size = pdi_scan_word(m->scan, &word)) > 0;) {
+        if (word[0] != '$') return pdi_scan_fail(m->scan, word, "text outside of sections");
+        if (pdi_msh_is(word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
+        else if (pdi_msh_is(word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
+        else if (pdi_msh_is(word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
+        else if (pdi_msh_is(word, size, "$PartitionedEntities"))
+            return pdi_scan_fail(m->scan, word, "a partitioned mesh, expected one in one piece");
+        else PDI_TRY(pdi_msh_skip(m, word, size));
+    }
+    if (!m->has_elements) return pdi_scan_fail(m->scan, m->scan->end, "the file has no section $Elements");
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
+{
+    pdi_msh m;
+    memset(&m, 0, sizeof m);
+    m.scan = scan;
+    m.cells.points = points;
+    m.cells.scale = scale;
+    pd_status status = pdi_msh_sections(&m);
+    PDI_DELETE(scan->ctx, m.nodes, m.node);
+    PDI_DELETE(scan->ctx, m.entities, m.entity);
+    return status;
+}
+
+#undef PDI_MSH_MOST
+
+/* ======== >>io/vtu.c ======== */
+/* vtu: see vtu.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bytes that one byte of a zlib stream gives at most (RFC 1951: 258 bytes for two bits). */
+#define PDI_VTU_UNPACKED 1032
+
+/* A piece of the text. */
+typedef struct pdi_vtu_text {
+    const char *at;
+    size_t size;
+} pdi_vtu_text;
+
+/* <name attributes> or </name>. */
+typedef struct pdi_vtu_tag {
+    const char *begin;
+    pdi_vtu_text name, attributes;
+    int closes, empty;
+} pdi_vtu_tag;
+
+/* A <DataArray>: what its tag says, and the text up to the next tag. */
+typedef struct pdi_vtu_array {
+    int found;
+    pdi_vtu_tag tag;
+    const char *body, *end;
+} pdi_vtu_array;
+
+enum { PDI_VTU_PLACES = 0, PDI_VTU_CONNECTIVITY, PDI_VTU_OFFSETS, PDI_VTU_TYPES, PDI_VTU_CELL_TAG, PDI_VTU_POINT_TAG,
+       PDI_VTU_VOLUME, PDI_VTU_ARRAYS };
+
+typedef struct pdi_vtu {
+    pdi_scan *scan;
+    pdi_cells cells;
+    const char *limit;    /* of the XML: the end of the text, or of the tag before the appended data */
+    const char *appended; /* NULL: there is none */
+    int plain;            /* appended data are raw */
+    int swap, wide, packed; /* other byte order; sizes of 8 bytes; blocks of zlib */
+    int64_t points, count;  /* of the piece: points and cells */
+    int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
+    int rank;               /* of the names of tags, of the cell data so far */
+    pdi_vtu_array array[PDI_VTU_ARRAYS];
+    double *value[PDI_VTU_ARRAYS]; /* decoded */
+    int64_t length[PDI_VTU_ARRAYS];
+} pdi_vtu;
+
+/* ---- tags ---- */
+
+static int pdi_vtu_is(pdi_vtu_text text, const char *word)
+{
+    return text.size == strlen(word) && memcmp(text.at, word, text.size) == 0;
+}
+
+static int pdi_vtu_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/* The next tag in front of `limit`; comments and declarations are passed. *more 0: there is none. */
+static pd_status pdi_vtu_next(pdi_vtu *v, pdi_vtu_tag *tag, int *more)
+{
+    pdi_scan *s = v->scan;
+    memset(tag, 0, sizeof *tag);
+    for (*more = 0;;) {
+        while (s->at < v->limit && *s->at != '<') s->at++;
+        if (s->at >= v->limit) return PD_OK;
+        tag->begin = s->at++;
+        int comment = v->limit - s->at > 3 && memcmp(s->at, "!--", 3) == 0;
+        char quote = 0;
+        for (; s->at < v->limit && (quote || comment || *s->at != '>'); s->at++) {
+            if (comment && *s->at == '>' && s->at - tag->begin > 5 && s->at[-1] == '-' && s->at[-2] == '-') break;
+            if (!comment && (*s->at == '"' || *s->at == '\'')) quote = quote == *s->at ? 0 : quote ? quote : *s->at;
+        }
+        if (s->at >= v->limit) return pdi_scan_fail(s, tag->begin, "a tag that does not end");
+        s->at++;
+        if (tag->begin[1] != '!' && tag->begin[1] != '?') break;
+    }
+    const char *at = tag->begin + 1, *end = s->at - 1;
+    tag->closes = *at == '/';
+    at += tag->closes;
+    tag->empty = end > at && end[-1] == '/';
+    tag->name.at = at;
+    while (at < end && !pdi_vtu_blank(*at) && *at != '/') at++;
+    tag->name.size = (size_t)(at - tag->name.at);
+    tag->attributes.at = at;
+    tag->attributes.size = (size_t)(end - at);
+    *more = 1;
+    return PD_OK;
+}
+
+/* The value of an attribute; 0: the tag has none of this name, and *value stays. */
+static int pdi_vtu_attribute(const pdi_vtu_tag *tag, const char *name, pdi_vtu_text *value)
+{
+    const char *at = tag->attributes.at, *end = at + tag->attributes.size;
+    while (at < end) {
+        pdi_vtu_text key;
+        while (at < end && pdi_vtu_blank(*at)) at++;
+        key.at = at;
+        while (at < end && *at != '=' && !pdi_vtu_blank(*at)) at++;
+        key.size = (size_t)(at - key.at);
+        while (at < end && *at != '"' && *at != '\'') at++;
+        if (at >= end) return 0;
+        char quote = *at++;
+        const char *begin = at;
+        while (at < end && *at != quote) at++;
+        if (at >= end) return 0;
+        if (pdi_vtu_is(key, name)) {
+            value->at = begin;
+            value->size = (size_t)(at - begin);
+            return 1;
+        }
+        at++;
+    }
+    return 0;
+}
+
+/* A number of a tag; absent: `fallback`, or an error where that is negative. */
+static pd_status pdi_vtu_integer(const pdi_vtu *v, const pdi_vtu_tag *tag, const char *name, int64_t high,
+                                 int64_t fallback, int64_t *value)
+{
+    pdi_vtu_text text;
+    pdi_scan part = *v->scan;
+    *value = fallback;
+    if (!pdi_vtu_attribute(tag, name, &text)) {
+        if (fallback >= 0) return PD_OK;
+        return pdi_scan_fail(v->scan, tag->begin, "a tag without %s", name);
+    }
+    part.at = text.at;
+    part.end = text.at + text.size;
+    return pdi_scan_integer(&part, name, 0, high, value);
+}
+
+/* ---- data ---- */
+
+/* Bytes as they are or as base64, where padding may stand within. */
+typedef struct pdi_vtu_stream {
+    const char *at, *end;
+    int plain, held;
+    uint8_t hold[3];
+} pdi_vtu_stream;
+
+static int pdi_vtu_digit(char c)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char *found = c ? strchr(digits, c) : NULL;
+    return found ? (int)(found - digits) : -1;
+}
+
+/* Four characters; 0: there are none, or no base64. */
+static int pdi_vtu_group(pdi_vtu_stream *s)
+{
+    uint32_t bits = 0;
+    int digits = 0, padding = 0;
+    for (; digits + padding < 4 && s->at < s->end; s->at++) {
+        if (pdi_vtu_blank(*s->at)) continue;
+        int digit = pdi_vtu_digit(*s->at);
+        if (*s->at == '=') padding++;
+        else if (digit < 0 || padding) return 0;
+        else digits++;
+        bits = bits << 6 | (uint32_t)(digit < 0 ? 0 : digit);
+    }
+    if (digits + padding < 4 || digits < 2) return 0;
+    s->held = digits - 1;
+    for (int k = 0; k < s->held; k++) s->hold[s->held - 1 - k] = (uint8_t)(bits >> (16 - 8 * k));
+    return 1;
+}
+
+/* The next bytes; 0: there are fewer. */
+static int pdi_vtu_take(pdi_vtu_stream *s, uint8_t *out, size_t size)
+{
+    if (s->plain) {
+        if (size > (size_t)(s->end - s->at)) return 0;
+        memcpy(out, s->at, size);
+        s->at += size;
+        return 1;
+    }
+    for (size_t k = 0; k < size; k++) {
+        if (s->held == 0 && !pdi_vtu_group(s)) return 0;
+        out[k] = s->hold[--s->held];
+    }
+    return 1;
+}
+
+/* A whole number of `size` bytes, in the byte order of the file. */
+static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *at, int size)
+{
+    const uint16_t probe = 1;
+    uint8_t first;
+    uint64_t value = 0;
+    memcpy(&first, &probe, 1);
+    int low_first = (first == 1) != (v->swap == 1);
+    for (int k = 0; k < size; k++) value = value << 8 | at[low_first ? size - 1 - k : k];
+    return value;
+}
+
+static int pdi_vtu_size(const pdi_vtu *v, pdi_vtu_stream *s, uint64_t *size)
+{
+    uint8_t bytes[8];
+    int wide = v->wide ? 8 : 4;
+    if (!pdi_vtu_take(s, bytes, (size_t)wide)) return 0;
+    *size = pdi_vtu_whole(v, bytes, wide);
+    return 1;
+}
+
+/* Blocks of zlib into out[size]. *fault: what is wrong. */
+static pd_status pdi_vtu_unpack(const pdi_vtu *v, pdi_vtu_stream *s, uint8_t *out, size_t size, const char **fault)
+{
+    uint64_t blocks, each, last, packed, left = (uint64_t)(s->end - s->at);
+    *fault = "blocks of data that do not fit their array";
+    if (!pdi_vtu_size(v, s, &blocks) || !pdi_vtu_size(v, s, &each) || !pdi_vtu_size(v, s, &last)) return PD_OK;
+    if (blocks > left / 4 || each > INT32_MAX || last > each) return PD_OK;
+    uint64_t whole = blocks ? (blocks - 1) * each + (last ? last : each) : 0;
+    if (whole != size) return PD_OK;
+    pdi_vtu_stream sizes = *s; /* a second look at the sizes while the blocks are read */
+    for (uint64_t b = 0; b < blocks; b++)
+        if (!pdi_vtu_size(v, s, &packed)) return PD_OK;
+    s->held = 0;
+    for (uint64_t b = 0; b < blocks; b++) {
+        uint8_t *bytes = NULL;
+        size_t of = (size_t)(b + 1 == blocks && last ? last : each);
+        if (!pdi_vtu_size(v, &sizes, &packed) || packed > left) return PD_OK;
+        PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", packed, bytes));
+        int got = pdi_vtu_take(s, bytes, (size_t)packed);
+        pd_status status = PD_OK;
+        if (got) status = pdi_zlib_inflate(v->scan->ctx, v->scan->path, bytes, (size_t)packed, out + b * each, of);
+        PDI_DELETE(v->scan->ctx, packed, bytes);
+        if (!got || status != PD_OK) return status;
+    }
+    *fault = NULL;
+    return PD_OK;
+}
+
+typedef enum pdi_vtu_type { PDI_VTU_SIGNED = 0, PDI_VTU_UNSIGNED, PDI_VTU_FLOAT } pdi_vtu_type;
+
+/* "Int32", "UInt8", "Float64", ..; size in bytes, 0: no such type. */
+static int pdi_vtu_kind(pdi_vtu_text text, pdi_vtu_type *type)
+{
+    static const struct {
+        char name[8];
+        int size;
+        pdi_vtu_type type;
+    } types[10] = {{"Int8", 1, PDI_VTU_SIGNED},    {"Int16", 2, PDI_VTU_SIGNED},    {"Int32", 4, PDI_VTU_SIGNED},
+                   {"Int64", 8, PDI_VTU_SIGNED},   {"UInt8", 1, PDI_VTU_UNSIGNED},  {"UInt16", 2, PDI_VTU_UNSIGNED},
+                   {"UInt32", 4, PDI_VTU_UNSIGNED}, {"UInt64", 8, PDI_VTU_UNSIGNED}, {"Float32", 4, PDI_VTU_FLOAT},
+                   {"Float64", 8, PDI_VTU_FLOAT}};
+    for (int k = 0; k < 10; k++)
+        if (pdi_vtu_is(text, types[k].name)) {
+            *type = types[k].type;
+            return types[k].size;
+        }
+    return 0;
+}
+
+static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *at, int size, pdi_vtu_type type)
+{
+    uint64_t bits = pdi_vtu_whole(v, at, size);
+    if (type == PDI_VTU_UNSIGNED) return (double)bits;
+    if (type == PDI_VTU_SIGNED) {
+        uint64_t minus = UINT64_C(1) << (8 * size - 1);
+        return bits & minus ? -(double)(minus - (bits & (minus - 1))) : (double)bits;
+    }
+    if (size == 4) {
+        uint32_t half = (uint32_t)bits;
+        float single;
+        memcpy(&single, &half, sizeof single);
+        return (double)single;
+    }
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* Bytes of an array in the file: where they begin. */
+static pd_status pdi_vtu_open(const pdi_vtu *v, const pdi_vtu_array *a, pdi_vtu_stream *s)
+{
+    pdi_vtu_text format;
+    int64_t offset;
+    memset(s, 0, sizeof *s);
+    s->at = a->body;
+    s->end = a->end;
+    if (!pdi_vtu_attribute(&a->tag, "format", &format) || !pdi_vtu_is(format, "appended")) return PD_OK;
+    PDI_TRY(pdi_vtu_integer(v, &a->tag, "offset", INT64_C(999999999999999), -1, &offset));
+    if (!v->appended || offset > (int64_t)(v->scan->end - v->appended))
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array beyond the appended data");
+    s->at = v->appended + offset;
+    s->end = v->scan->end;
+    s->plain = v->plain;
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_binary(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
+{
+    pdi_vtu_text text = {"", 0};
+    pdi_vtu_type type = PDI_VTU_SIGNED;
+    pdi_vtu_stream s;
+    const char *fault = NULL;
+    uint8_t *bytes = NULL;
+    uint64_t given;
+    (void)pdi_vtu_attribute(&a->tag, "type", &text);
+    int each = pdi_vtu_kind(text, &type);
+    size_t size = (size_t)count * (size_t)each;
+    PDI_TRY(pdi_vtu_open(v, a, &s));
+    PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", size, bytes));
+    pd_status status = PD_OK;
+    if (v->packed) status = pdi_vtu_unpack(v, &s, bytes, size, &fault);
+    else if (!pdi_vtu_size(v, &s, &given) || given != size || !pdi_vtu_take(&s, bytes, size))
+        fault = "data that are shorter or longer than their array";
+    for (int64_t k = 0; status == PD_OK && !fault && k < count; k++) {
+        value[k] = pdi_vtu_number(v, bytes + (size_t)k * (size_t)each, each, type);
+        if (!(fabs(value[k]) < 1e100)) fault = "a number that is not finite";
+    }
+    PDI_DELETE(v->scan->ctx, size, bytes);
+    return fault && status == PD_OK ? pdi_scan_fail(v->scan, a->tag.begin, "%s", fault) : status;
+}
+
+static pd_status pdi_vtu_ascii(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
+{
+    pdi_scan part = *v->scan;
+    const char *word;
+    part.at = a->body;
+    part.end = a->end;
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_number(&part, "a number of an array", &value[k]));
+        if (!(fabs(value[k]) < 1e100)) return pdi_scan_fail(&part, part.at, "a number beyond 1e100");
+    }
+    if (pdi_scan_word(&part, &word) == 0) return PD_OK;
+    return pdi_scan_fail(&part, word, "an array of more than its %.0f numbers", (double)count);
+}
+
+/* count numbers of array `which` into memory. */
+static pd_status pdi_vtu_decode(pdi_vtu *v, int which, const char *what, int64_t count)
+{
+    const pdi_vtu_array *a = &v->array[which];
+    pdi_vtu_text format = {"ascii", 5}, text = {"", 0};
+    pdi_vtu_type type;
+    if (!a->found) return pdi_scan_fail(v->scan, v->scan->at, "a piece without its array %s", what);
+    (void)pdi_vtu_attribute(&a->tag, "type", &text);
+    int size = pdi_vtu_kind(text, &type);
+    if (!size) return pdi_scan_fail(v->scan, a->tag.begin, "an array of the type '%.*s', expected Int8 to Float64",
+                                    text.size < 20 ? (int)text.size : 20, text.at);
+    (void)pdi_vtu_attribute(&a->tag, "format", &format);
+    int ascii = pdi_vtu_is(format, "ascii"), appended = pdi_vtu_is(format, "appended");
+    if (!ascii && !appended && !pdi_vtu_is(format, "binary"))
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array of an unknown format");
+    double room = appended ? (double)(v->scan->end - v->scan->text) : (double)(a->end - a->body);
+    room = ascii ? 0.5 * room + 1.0 : room * (v->packed ? PDI_VTU_UNPACKED : 1) / size;
+    if ((double)count > room)
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array of %.0f numbers, which is more than it can hold",
+                             (double)count);
+    PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", count, v->value[which]));
+    v->length[which] = count;
+    return ascii ? pdi_vtu_ascii(v, a, count, v->value[which]) : pdi_vtu_binary(v, a, count, v->value[which]);
+}
+
+/* ---- pieces ---- */
+
+/* The form of a VTK cell and its dimension; -1: not known. */
+static pdi_cell_form pdi_vtu_form(int type, int *dimension)
+{
+    static const int8_t dimensions[15] = {-1, 0, 0, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3};
+    static const int8_t form[15] = {0,
+                                    0,
+                                    0,
+                                    PDI_CELL_LINE,
+                                    0,
+                                    PDI_CELL_TRIANGLE,
+                                    0,
+                                    0,
+                                    PDI_CELL_QUAD,
+                                    PDI_CELL_QUAD,
+                                    PDI_CELL_TETRAHEDRON,
+                                    PDI_CELL_HEXAHEDRON,
+                                    PDI_CELL_HEXAHEDRON,
+                                    PDI_CELL_WEDGE,
+                                    PDI_CELL_PYRAMID};
+    *dimension = type > 0 && type < 15 ? dimensions[type] : -1;
+    return type > 0 && type < 15 ? (pdi_cell_form)form[type] : PDI_CELL_NONE;
+}
+
+/* The region of entry k. */
+static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t *tag)
+{
+    double value = v->value[which] ? v->value[which][k] : 0.0;
+    *tag = 0;
+    if (!(fabs(value) <= 2147483647.0) || value < floor(value) || value > floor(value))
+        return pdi_scan_fail(v->scan, v->array[which].tag.begin, "the tag %g, expected whole numbers of 32 bits",
+                             value);
+    *tag = (int32_t)value;
+    return PD_OK;
+}
+
+/* Cell k, whose corners begin at `first` of the connectivity; *counts += 1 when it has PD_DIM dimensions. */
+static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *counts)
+{
+    static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    const double *corner[8], *node = v->value[PDI_VTU_CONNECTIVITY] + first;
+    double type = v->value[PDI_VTU_TYPES][k];
+    const char *fault, *at = v->array[PDI_VTU_CONNECTIVITY].tag.begin;
+    int dimension, of = type > 0.0 && type < 100.0 ? (int)type : 0;
+    pdi_cell_form form = pdi_vtu_form(of, &dimension);
+    if (dimension < 0 || dimension > PD_DIM || (dimension == PD_DIM && form == PDI_CELL_NONE))
+        return pdi_scan_fail(v->scan, v->array[PDI_VTU_TYPES].tag.begin,
+                             "cell %.0f is of VTK's type %g, expected straight cells of at most %d dimensions",
+                             (double)k, type, PD_DIM);
+    if (dimension < PD_DIM) return PD_OK;
+    if (corners != pdi_points_corners(form))
+        return pdi_scan_fail(v->scan, at, "cell %.0f has %.0f corners, expected %d", (double)k, (double)corners,
+                             pdi_points_corners(form));
+    for (int c = 0; c < (int)corners; c++) {
+        double id = node[of == 8 || of == 11 ? swapped[c] : c];
+        if (!(id >= 0.0) || !(id < (double)v->points) || id > floor(id))
+            return pdi_scan_fail(v->scan, at, "cell %.0f has the point %g of %.0f", (double)k, id, (double)v->points);
+        corner[c] = v->value[PDI_VTU_PLACES] + 3 * (int64_t)id;
+    }
+    int32_t tag;
+    PDI_TRY(pdi_vtu_region(v, PDI_VTU_CELL_TAG, k, &tag));
+    PDI_TRY(pdi_cells_add(v->scan->ctx, &v->cells, form, corner, of == 13, tag, &fault));
+    ++*counts;
+    return fault ? pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault) : PD_OK;
+}
+
+static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
+{
+    double last = 0.0;
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_TYPES, "types", v->count));
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_OFFSETS, "offsets", v->count));
+    for (int64_t k = 0; k < v->count; k++) {
+        double offset = v->value[PDI_VTU_OFFSETS][k];
+        if (!(offset >= last) || offset > floor(offset) || !(offset < 1e15))
+            return pdi_scan_fail(v->scan, v->array[PDI_VTU_OFFSETS].tag.begin, "offsets that do not ascend");
+        last = offset;
+    }
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_CONNECTIVITY, "connectivity", (int64_t)last));
+    if (v->array[PDI_VTU_CELL_TAG].found) PDI_TRY(pdi_vtu_decode(v, PDI_VTU_CELL_TAG, "of tags", v->count));
+    v->cells.sign = 0.0;
+    for (int64_t k = 0, first = 0; k < v->count; k++) {
+        int64_t end = (int64_t)v->value[PDI_VTU_OFFSETS][k];
+        PDI_TRY(pdi_vtu_cell(v, k, first, end - first, counts));
+        first = end;
+    }
+    return PD_OK;
+}
+
+/* The points themselves. */
+static pd_status pdi_vtu_all_points(pdi_vtu *v)
+{
+    double scale = 1.0;
+    for (int d = 0; d < PD_DIM; d++) scale *= v->cells.scale;
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_VOLUME, "volume", v->points));
+    if (v->array[PDI_VTU_POINT_TAG].found) PDI_TRY(pdi_vtu_decode(v, PDI_VTU_POINT_TAG, "of tags", v->points));
+    for (int64_t k = 0; k < v->points; k++) {
+        const double *x = v->value[PDI_VTU_PLACES] + 3 * k;
+        double place[PD_DIM], volume = v->value[PDI_VTU_VOLUME][k] * scale;
+        int32_t tag;
+        for (int d = 0; d < PD_DIM; d++) place[d] = x[d] * v->cells.scale;
+        for (int d = PD_DIM; d < 3; d++)
+            if (fabs(x[d] - v->value[PDI_VTU_PLACES][d]) > 1e-9 * v->cells.extent)
+                return pdi_scan_fail(v->scan, v->array[PDI_VTU_PLACES].tag.begin, "point %.0f lies off the %dD of the"
+                                     " others", (double)k, PD_DIM);
+        if (!(volume > 0.0))
+            return pdi_scan_fail(v->scan, v->array[PDI_VTU_VOLUME].tag.begin, "point %.0f has the volume %g, expected"
+                                 " positive ones", (double)k, v->value[PDI_VTU_VOLUME][k]);
+        PDI_TRY(pdi_vtu_region(v, PDI_VTU_POINT_TAG, k, &tag));
+        PDI_TRY(pdi_points_add(v->scan->ctx, v->cells.points, place, volume, tag));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
+{
+    int64_t counts = 0, components;
+    if (v->points == 0 && v->count == 0) return PD_OK;
+    if (v->array[PDI_VTU_PLACES].found) {
+        PDI_TRY(pdi_vtu_integer(v, &v->array[PDI_VTU_PLACES].tag, "NumberOfComponents", 9, 1, &components));
+        if (components != 3) return pdi_scan_fail(v->scan, v->array[PDI_VTU_PLACES].tag.begin, "points of %.0f"
+                                                  " coordinates, expected 3", (double)components);
+    }
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_PLACES, "of points", 3 * v->points));
+    for (int64_t k = 0; k < 3 * v->points; k++)
+        v->cells.extent = fmax(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
+    if (v->count) PDI_TRY(pdi_vtu_all_cells(v, &counts));
+    if (counts) return PD_OK;
+    if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_all_points(v);
+    return pdi_scan_fail(v->scan, begin, "a piece without cells of %d dimensions, and without point data 'volume'",
+                         PD_DIM);
+}
+
+static void pdi_vtu_forget(pdi_vtu *v)
+{
+    for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
+        PDI_DELETE(v->scan->ctx, v->length[k], v->value[k]);
+        v->length[k] = 0;
+    }
+    memset(v->array, 0, sizeof v->array);
+    v->rank = 99;
+}
+
+/* Which array this one is; -1: one that nobody needs. */
+static int pdi_vtu_which(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
+    pdi_vtu_text name = {"", 0};
+    (void)pdi_vtu_attribute(tag, "Name", &name);
+    if (v->section == 'P') return PDI_VTU_PLACES;
+    if (v->section == 'C')
+        return pdi_vtu_is(name, "connectivity") ? PDI_VTU_CONNECTIVITY
+               : pdi_vtu_is(name, "offsets")    ? PDI_VTU_OFFSETS
+               : pdi_vtu_is(name, "types")      ? PDI_VTU_TYPES
+                                                : -1;
+    if (v->section == 'p' && pdi_vtu_is(name, "volume")) return PDI_VTU_VOLUME;
+    for (int k = 0; k < 4; k++)
+        if ((v->section == 'c' || v->section == 'p') && pdi_vtu_is(name, tags[k])) {
+            if (v->section == 'p') return v->array[PDI_VTU_POINT_TAG].found ? -1 : PDI_VTU_POINT_TAG;
+            if (k > v->rank) return -1;
+            v->rank = k;
+            return PDI_VTU_CELL_TAG;
+        }
+    return -1;
+}
+
+static void pdi_vtu_keep(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    int which = pdi_vtu_which(v, tag);
+    if (which < 0) return;
+    pdi_vtu_array *a = &v->array[which];
+    a->found = 1;
+    a->tag = *tag;
+    a->body = v->scan->at;
+    a->end = a->body;
+    while (!tag->empty && a->end < v->limit && *a->end != '<') a->end++;
+}
+
+/* ---- the file ---- */
+
+static pd_status pdi_vtu_head(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    const uint16_t probe = 1;
+    uint8_t first;
+    pdi_vtu_text text;
+    memcpy(&first, &probe, 1);
+    if (!pdi_vtu_attribute(tag, "type", &text) || !pdi_vtu_is(text, "UnstructuredGrid"))
+        return pdi_scan_fail(v->scan, tag->begin, "no VTKFile of the type UnstructuredGrid");
+    if (pdi_vtu_attribute(tag, "byte_order", &text)) v->swap = pdi_vtu_is(text, "LittleEndian") != (first == 1);
+    v->wide = pdi_vtu_attribute(tag, "header_type", &text) && pdi_vtu_is(text, "UInt64");
+    v->packed = pdi_vtu_attribute(tag, "compressor", &text) && text.size > 0;
+    if (v->packed && !pdi_vtu_is(text, "vtkZLibDataCompressor"))
+        return pdi_scan_fail(v->scan, tag->begin, "data packed by '%.*s', expected vtkZLibDataCompressor",
+                             text.size < 40 ? (int)text.size : 40, text.at);
+    return PD_OK;
+}
+
+/* The appended data begin behind an underscore. */
+static pd_status pdi_vtu_find_appended(pdi_vtu *v)
+{
+    pdi_vtu_tag tag;
+    pdi_vtu_text text;
+    int more;
+    const char *found = strstr(v->scan->text, "<AppendedData");
+    v->limit = v->scan->end;
+    if (!found) return PD_OK;
+    v->scan->at = found;
+    PDI_TRY(pdi_vtu_next(v, &tag, &more));
+    v->plain = pdi_vtu_attribute(&tag, "encoding", &text) && pdi_vtu_is(text, "raw");
+    const char *at = v->scan->at;
+    while (at < v->scan->end && pdi_vtu_blank(*at)) at++;
+    if (at >= v->scan->end || *at != '_') return pdi_scan_fail(v->scan, found, "appended data without their mark '_'");
+    v->appended = at + 1;
+    v->limit = found;
+    v->scan->at = v->scan->text;
+    return PD_OK;
+}
+
+/* What a tag of this name opens or closes; 0: none of these. */
+static int pdi_vtu_section(pdi_vtu_text name)
+{
+    return pdi_vtu_is(name, "Points")      ? 'P'
+           : pdi_vtu_is(name, "Cells")     ? 'C'
+           : pdi_vtu_is(name, "CellData")  ? 'c'
+           : pdi_vtu_is(name, "PointData") ? 'p'
+                                           : 0;
+}
+
+static pd_status pdi_vtu_enter(pdi_vtu *v, const pdi_vtu_tag *tag, int *headed, const char **piece)
+{
+    if (pdi_vtu_is(tag->name, "VTKFile")) {
+        *headed = 1;
+        return pdi_vtu_head(v, tag);
+    }
+    if (!*headed) return pdi_scan_fail(v->scan, tag->begin, "no VTKFile");
+    if (pdi_vtu_is(tag->name, "Piece")) {
+        *piece = tag->empty ? NULL : tag->begin;
+        PDI_TRY(pdi_vtu_integer(v, tag, "NumberOfPoints", INT32_MAX, -1, &v->points));
+        return pdi_vtu_integer(v, tag, "NumberOfCells", INT32_MAX, -1, &v->count);
+    }
+    if (pdi_vtu_is(tag->name, "DataArray") && *piece) pdi_vtu_keep(v, tag);
+    if (pdi_vtu_section(tag->name) && !tag->empty) v->section = pdi_vtu_section(tag->name);
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_file(pdi_vtu *v)
+{
+    int more = 1, headed = 0, ended = 0;
+    const char *piece = NULL;
+    PDI_TRY(pdi_vtu_find_appended(v));
+    while (more && !ended) {
+        pdi_vtu_tag tag;
+        PDI_TRY(pdi_vtu_next(v, &tag, &more));
+        if (!more) break;
+        if (!tag.closes) PDI_TRY(pdi_vtu_enter(v, &tag, &headed, &piece));
+        if (!tag.closes) continue;
+        ended = pdi_vtu_is(tag.name, "UnstructuredGrid");
+        if (pdi_vtu_is(tag.name, "Piece") && piece) {
+            pd_status status = pdi_vtu_piece(v, piece);
+            pdi_vtu_forget(v);
+            PDI_TRY(status);
+            piece = NULL;
+        }
+        if (pdi_vtu_section(tag.name)) v->section = 0;
+    }
+    if (!headed) return pdi_scan_fail(v->scan, v->scan->text, "no VTKFile");
+    return ended ? PD_OK : pdi_scan_fail(v->scan, v->limit, "the file ends before </UnstructuredGrid>");
+}
+
+PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
+{
+    pdi_vtu v;
+    memset(&v, 0, sizeof v);
+    v.scan = scan;
+    v.cells.points = points;
+    v.cells.scale = scale;
+    v.rank = 99;
+    pd_status status = pdi_vtu_file(&v);
+    pdi_vtu_forget(&v);
+    return status;
+}
+
+#undef PDI_VTU_UNPACKED
+
+/* ======== >>io/mesh.c ======== */
+/* mesh: see mesh.h */
+#include <math.h>
+#include <string.h>
+
+/* Largest mesh that is read. */
+#define PDI_MESH_FILE_LIMIT 2147483648
+
+/* ---- tables ---- */
+
+enum { PDI_MESH_VOLUME = 3, PDI_MESH_TAG, PDI_MESH_COLUMNS };
+
+static char pdi_mesh_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
+
+/* "Volume [m3]" is volume. */
+static int pdi_mesh_names(const char *text, const char *name)
+{
+    for (; *name; text++, name++)
+        if (pdi_mesh_lower(*text) != *name) return 0;
+    return !*text || *text == ' ' || *text == '[' || *text == '(';
+}
+
+/* The column of each quantity; -1: there is none. */
+static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
+{
+    static const char *const names[PDI_MESH_COLUMNS] = {"x", "y", "z", "volume", "tag"};
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++) {
+        column[k] = -1;
+        for (int c = 0; c < t->columns; c++) {
+            if (!pdi_mesh_names(pdi_table_text(t, -1, c), names[k])) continue;
+            if (column[k] >= 0)
+                return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
+            column[k] = c;
+        }
+        if (column[k] < 0 && (k < PD_DIM || k == PDI_MESH_VOLUME))
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
+                            t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
+{
+    const char *text = pdi_table_text(t, row, column);
+    if (pdi_file_parse(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
+                    t->line[row], pdi_table_text(t, -1, column), text);
+}
+
+static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
+                              double *beyond, pd_points *points)
+{
+    double value[PDI_MESH_COLUMNS] = {0.0}, place[PD_DIM], whole = 1.0;
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++)
+        if (column[k] >= 0) PDI_TRY(pdi_mesh_number(ctx, t, row, column[k], &value[k]));
+    for (int d = 0; d < PD_DIM; d++) {
+        place[d] = value[d] * scale;
+        whole *= scale;
+    }
+    for (int d = PD_DIM; d < 3; d++) {
+        if (row == 0) beyond[d] = value[d];
+        if (value[d] < beyond[d] || value[d] > beyond[d])
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: %c = %g, expected %g as in the first row: this program"
+                            " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], beyond[d], PD_DIM);
+    }
+    double volume = value[PDI_MESH_VOLUME] * whole, tag = value[PDI_MESH_TAG];
+    if (!(volume > 0.0) || !(volume < 1e100))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
+                        t->line[row], value[PDI_MESH_VOLUME]);
+    if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
+                        t->line[row], tag);
+    return pdi_points_add(ctx, points, place, volume, (int32_t)tag);
+}
+
+static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    pd_table table;
+    int column[PDI_MESH_COLUMNS];
+    double beyond[3] = {0.0};
+    PDI_TRY(pdi_table_read(ctx, path, &table));
+    pd_status status = pdi_mesh_columns(ctx, &table, column);
+    for (int row = 0; row < table.rows && status == PD_OK; row++)
+        status = pdi_mesh_row(ctx, &table, column, row, scale, beyond, points);
+    pdi_table_free(ctx, &table);
+    return status;
+}
+
+/* ---- files ---- */
+
+static int pdi_mesh_ends(const char *path, const char *ending)
+{
+    size_t size = strlen(path), more = strlen(ending);
+    for (size_t k = 0; k < more; k++)
+        if (size < more || pdi_mesh_lower(path[size - more + k]) != ending[k]) return 0;
+    return 1;
+}
+
+static int pdi_mesh_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
+
+static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    char *text;
+    size_t size;
+    pdi_scan scan;
+    if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "mesh";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    const char *at = text + strspn(text, " \t\r\n");
+    int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
+    pd_status status = PD_OK;
+    if (msh || (!vtu && pdi_mesh_begins(at, "$MeshFormat"))) status = pdi_msh_read(&scan, scale, points);
+    else if (vtu || pdi_mesh_begins(at, "<?xml") || pdi_mesh_begins(at, "<VTKFile"))
+        status = pdi_vtu_read(&scan, scale, points);
+    else table = 1;
+    PDI_DELETE(ctx, size + 1, text);
+    return table ? pdi_mesh_table(ctx, path, scale, points) : status;
+}
+
+pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    memset(points, 0, sizeof *points);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "mesh", "the scale %g, expected a positive one", scale);
+    pd_status status = pdi_mesh_any(ctx, path, scale, points);
+    if (status == PD_OK && points->count == 0)
+        status = pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%.250s: no point, and no cell of %d dimensions", path, PD_DIM);
+    if (status == PD_OK) status = pdi_points_finish(ctx, points);
+    if (status != PD_OK) pd_points_free(ctx, points);
+    return status;
+}
+
+#undef PDI_MESH_FILE_LIMIT
 
 /* ======== >>io/progress.c ======== */
 /* progress: see progress.h */
