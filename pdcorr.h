@@ -92,6 +92,7 @@
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
  *   solid/
+ *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
  *     cut        cracks that a body has from the start, and the damage of its points.
  *     elastic    small strains of a body by bond-associated correspondence.
@@ -3556,12 +3557,32 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 
 #endif
 
+/* ======== >>solid/rim.h ======== */
+/* rim: the part of a cell of a lattice that lies within a ball.
+ *
+ * The ball has its centre in a point, the cell is an interval, a square or a cube around another one. The part follows
+ * in closed form from the volumes of the ball beyond the corners of the cell, which are integrals of arc sines
+ * (theory: eq. 8.11).
+ */
+#ifndef PD_RIM_H
+#define PD_RIM_H
+
+#ifdef PDI_INTERNAL
+/* Part [-] of the cell with sides `size` [m] around the place xi [m] that lies within the ball of this radius [m]
+ * around 0: from 0 to 1. Mirror images of xi have the same bits. */
+PDI_FN double pdi_rim_part(const double *xi, double size, double radius);
+/* 1: the cell reaches into the ball by more than the rounding of places. */
+PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
+#endif
+
+#endif
+
 /* ======== >>solid/body.h ======== */
 /* body: material points of a solid and their families.
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
- * or with `spacing` |xi| < horizon + spacing/2, where cells at the rim count with the part that lies within the
- * horizon. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
+ * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
+ * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
  * does not depend on the order of the points. Search: cell lists, O(count).
  */
 #ifndef PD_BODY_H
@@ -3574,18 +3595,28 @@ typedef enum pd_influence {
     PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
 } pd_influence;
 
+/* Which part of a cell at the rim of the horizon counts. */
+typedef enum pd_rim {
+    PD_RIM_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
+    PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
+} pd_rim;
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
     const double *volume;   /* [count] [m^d] */
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
+    pd_rim rim;             /* of a lattice */
 } pd_body_desc;
 
 typedef struct pd_body {
     int32_t count;
     double horizon;    /* [m] */
     double spacing;    /* [m] */
+    pd_rim rim;
+    int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
+    double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
@@ -3613,9 +3644,9 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
-/* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
- * horizon. */
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
+/* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
+ * none. Both ends get the same bits. */
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
 
 #endif
@@ -22558,6 +22589,109 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>solid/rim.c ======== */
+/* rim: see rim.h */
+#include <math.h>
+
+/* Rounding of places, over the radius. */
+#define PDI_RIM_ROUNDING 1e-9
+
+/* Square root of what rounding may make negative. */
+static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
+
+/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles come
+ * from the roots that lengths come from: their errors cancel. */
+static double pdi_rim_disc(double p, double q, double r)
+{
+    double square = r * r;
+    if (!(p * p + q * q < square)) return 0.0;
+    double along = pdi_rim_root(square - p * p), across = pdi_rim_root(square - q * q);
+    double angle = 0.5 * PDI_PI - atan2(p, along) - atan2(q, across);
+    return 0.5 * (square * angle - p * (along - q) - q * (across - p));
+}
+
+/* Integral of asin(a/sqrt(1 - t^2)) over t from 0 to z, with rest^2 = 1 - a^2 - z^2. */
+static double pdi_rim_angle(double a, double z, double rest)
+{
+    return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
+}
+
+/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the piece
+ * of the sphere and the three plane faces. */
+static double pdi_rim_ball(double a, double b, double c)
+{
+    double rest = 1.0 - a * a - b * b;
+    if (!(rest > c * c)) return 0.0;
+    double top = sqrt(rest), sphere = 0.5 * PDI_PI * (top - c);
+    sphere -= pdi_rim_angle(a, top, b) - pdi_rim_angle(a, c, pdi_rim_root(1.0 - a * a - c * c));
+    sphere -= pdi_rim_angle(b, top, a) - pdi_rim_angle(b, c, pdi_rim_root(1.0 - b * b - c * c));
+    return (sphere - a * pdi_rim_disc(b, c, pdi_rim_root(1.0 - a * a)) -
+            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) - c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
+}
+
+/* The volume beyond a corner, in any dimension. */
+static double pdi_rim_beyond(const double *corner)
+{
+    if (PD_DIM == 1) return corner[0] < 1.0 ? 1.0 - corner[0] : 0.0;
+    if (PD_DIM == 2) return pdi_rim_disc(corner[0], corner[PD_DIM - 1], 1.0);
+    return pdi_rim_ball(corner[0], corner[PD_DIM / 2], corner[PD_DIM - 1]);
+}
+
+/* Volume of the ball of radius 1 in the box from lo >= 0 to hi. */
+static double pdi_rim_box(const double *lo, const double *hi)
+{
+    double sum = 0.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double corner[PD_DIM], sign = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            corner[d] = k >> d & 1 ? hi[d] : lo[d];
+            sign = k >> d & 1 ? -sign : sign;
+        }
+        sum += sign * pdi_rim_beyond(corner);
+    }
+    return sum;
+}
+
+PDI_FN int pdi_rim_meets(const double *xi, double size, double r)
+{
+    double near = 0.0, inner = r * (1.0 - PDI_RIM_ROUNDING);
+    for (int d = 0; d < PD_DIM; d++) {
+        double gap = fabs(xi[d]) - 0.5 * size;
+        near += gap > 0.0 ? gap * gap : 0.0;
+    }
+    return near < inner * inner;
+}
+
+PDI_FN double pdi_rim_part(const double *xi, double size, double r)
+{
+    double lo[2][PD_DIM], hi[2][PD_DIM], far = 0.0, sum = 0.0, whole = 1.0;
+    if (!pdi_rim_meets(xi, size, r)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) { /* in radii; what lies beyond 0 is mirrored */
+        double at = fabs(xi[d]) / r, half = 0.5 * size / r;
+        lo[0][d] = at > half ? at - half : 0.0;
+        hi[0][d] = at + half;
+        lo[1][d] = 0.0;
+        hi[1][d] = at < half ? half - at : 0.0;
+        far += hi[0][d] * hi[0][d];
+        whole *= 2.0 * half;
+    }
+    if (far <= 1.0) return 1.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double from[PD_DIM], to[PD_DIM];
+        int empty = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            from[d] = lo[k >> d & 1][d];
+            to[d] = hi[k >> d & 1][d];
+            empty = empty || !(to[d] > from[d]);
+        }
+        if (!empty) sum += pdi_rim_box(from, to);
+    }
+    double part = sum / whole;
+    return part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+}
+
+#undef PDI_RIM_ROUNDING
+
 /* ======== >>solid/body.c ======== */
 /* body: see body.h */
 #include <math.h>
@@ -22566,6 +22700,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 /* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
 #define PDI_BODY_ROUNDING 1e-9
+/* Parts of cells are kept for horizons of fewer spacings. */
+#define PDI_BODY_KEPT 30
 
 /* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
 typedef struct pdi_body_cells {
@@ -22598,6 +22734,9 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
     PDI_ARRAY(owner, body, volume, body->count, "m^d");
     PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+    int64_t parts = 1;
+    for (int d = 0; d < PD_DIM; d++) parts *= body->cells;
+    PDI_ARRAY(owner, body, part, parts, "1");
 }
 
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
@@ -22615,9 +22754,10 @@ static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
     PDI_DELETE(ctx, points, c->at);
 }
 
-/* Length of the longest bond [m]. */
+/* Length of the longest bond [m], or more. */
 static double pdi_body_reach(const pd_body *body)
 {
+    if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
@@ -22699,6 +22839,14 @@ static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cel
     return PD_OK;
 }
 
+/* Is a point at xi [m] of the square length in the family? */
+static int pdi_body_belongs(const pd_body *body, const double *xi, double square, double reach)
+{
+    if (square > reach * reach) return 0;
+    if (body->rim == PD_RIM_EXACT) return pdi_rim_meets(xi, body->spacing, body->horizon);
+    return !(body->spacing > 0.0) || sqrt(square) < reach;
+}
+
 /* The family of point i as ranks, into `to` where that is not NULL; how many. */
 static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
 {
@@ -22717,12 +22865,12 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
         if (!inside) continue;
         for (int32_t p = c->first[cell]; p < c->first[cell + 1]; p++) {
             int32_t j = c->point[p];
-            double square = 0.0;
+            double xi[PD_DIM], square = 0.0;
             for (int d = 0; d < PD_DIM; d++) {
-                double xi = body->position[(int64_t)j * PD_DIM + d] - x[d];
-                square += xi * xi;
+                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                square += xi[d] * xi[d];
             }
-            if (j == i || square > reach * reach || (body->spacing > 0.0 && !(sqrt(square) < reach))) continue;
+            if (j == i || !pdi_body_belongs(body, xi, square, reach)) continue;
             if (to) to[found] = c->rank[j];
             found++;
         }
@@ -22755,10 +22903,40 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     return PD_OK;
 }
 
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r)
+/* Parts of the cells of a lattice. */
+static void pdi_body_parts(pd_body *body)
 {
-    double inside = body->horizon + 0.5 * body->spacing - r;
+    int64_t all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= body->cells;
+    for (int64_t k = 0; k < all; k++) {
+        double xi[PD_DIM];
+        int64_t rest = k;
+        for (int d = 0; d < PD_DIM; d++, rest /= body->cells) xi[d] = (double)(rest % body->cells) * body->spacing;
+        body->part[k] = pdi_rim_part(xi, body->spacing, body->horizon);
+    }
+}
+
+/* The part of the cell at xi: that of the place of the lattice which it is at, or its own. */
+static double pdi_body_exact(const pd_body *body, const double *xi)
+{
+    int64_t place = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double at = fabs(xi[d]) / body->spacing, near = floor(at + 0.5);
+        if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->cells))
+            return pdi_rim_part(xi, body->spacing, body->horizon);
+        place = place * body->cells + (int64_t)near;
+    }
+    return body->part[place];
+}
+
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
+    double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
     double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    if (body->rim == PD_RIM_EXACT) part = pdi_body_exact(body, xi);
+    else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
     if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
     return part;
@@ -22766,6 +22944,9 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, doubl
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
+    if (desc->rim != PD_RIM_LINEAR && (desc->rim != PD_RIM_EXACT || !(desc->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "rim %d with a spacing of %g m, expected one of pd_rim, and a"
+                        " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
@@ -22788,7 +22969,11 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
+    body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
+    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
+        body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
+    if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
     pdi_body_divide(body, cells);
@@ -22815,6 +23000,7 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+#undef PDI_BODY_KEPT
 
 /* ======== >>solid/cut.c ======== */
 /* cut: see cut.h */
@@ -23196,8 +23382,7 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        double r = sqrt(pdi_elastic_dot(xi, xi));
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
     }
 }
 
@@ -23700,8 +23885,8 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
             along += n ? n[d] * xi[d] : 0.0;
         }
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
+        if (!(weight > 0.0)) continue;
         weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
@@ -23791,7 +23976,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++)
                 stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
