@@ -40,6 +40,7 @@
  *     par        threads, ordered sums, wall clock.
  *     rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
  *   lattice/
+ *     facets     a closed surface of triangles in 3D, and the signed distance to it.
  *     shape      signed distances and set operations. Negative inside the shape.
  *     area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
  *     stencil    the family of an interior node of a uniform lattice and its calibrated weights.
@@ -132,6 +133,7 @@
  *     msh        cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
  *     vtu        cells or points of VTK files of unstructured grids (XML) as points.
  *     mesh       points of a body from a file: a table, or the cells of a mesh.
+ *     stl        closed surfaces from STL files, as text or binary. Their normals are not read: the corners have them.
  *     progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   scene/
  *     units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -704,6 +706,47 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 
 #endif
 
+/* ======== >>lattice/facets.h ======== */
+/* facets: a closed surface of triangles in 3D, and the signed distance to it.
+ *
+ * Each edge of the surface belongs to two triangles that go along it in opposite senses; corners are the same when
+ * their bits are. The distance is that to the nearest triangle, found in a tree of boxes. Inside is where a ray along
+ * axis 0 leaves the surface once more than it enters it: edges count half-open in the plane across the ray, and both
+ * triangles at an edge decide alike on which side of it the ray passes, so a ray through an edge or a corner is no
+ * special case.
+ */
+#ifndef PD_FACETS_H
+#define PD_FACETS_H
+
+typedef struct pd_facets {
+    int32_t count;   /* triangles */
+    int32_t boxes;   /* of the tree; box 0 holds all, the first child of a box is next to it */
+    double *corner;  /* [count][3][3] [m] triangles, those of a box one after another */
+    double *box;     /* [count][6] [m] low corner, high corner */
+    int32_t *first;  /* [count] first triangle of a box */
+    int32_t *size;   /* [count] its triangles */
+    int32_t *second; /* [count] its second child; 0: it has none */
+} pd_facets;
+
+#define pd_facets_build PD_NAME(pd_facets_build)
+#define pd_facets_free PD_NAME(pd_facets_free)
+
+/* The surface of `count` triangles, corner [count][3][3] [m]. PD_ERR_ARGUMENT: none, or too many of them, a corner that
+ * is not finite. PD_ERR_GEOMETRY: a triangle with two corners at one place; an edge that has not exactly two triangles
+ * in opposite senses (the message has its place); no volume. */
+PD_API pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets);
+PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
+
+#ifdef PDI_INTERNAL
+/* Signed distance [m] of place x[3] [m], negative inside: exact but for rounding, which
+ * is 0 on the surface. */
+PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
+/* [byte] of all arrays. */
+PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);
+#endif
+
+#endif
+
 /* ======== >>lattice/shape.h ======== */
 /* shape: signed distances and set operations. Negative inside the shape.
  *
@@ -721,6 +764,7 @@ typedef enum pd_shape_type {
                           * cut: axis 0 the slab |y - a_y| < r, axis 1 |x - a_x| < r, axis 2 a disc. 1D: |x - a| < r */
     PD_SHAPE_HALF_SPACE, /* points with (x - a) . b < 0; b need not have unit length */
     PD_SHAPE_VOXELS,     /* mask of n[] cells from corner a with spacing b; nearest cell decides */
+    PD_SHAPE_FACETS,     /* 3D: a closed surface of triangles */
     PD_SHAPE_UNION,      /* of children first .. first+count-1 in the child list */
     PD_SHAPE_INTERSECT,
     PD_SHAPE_DIFFERENCE, /* first child minus the others */
@@ -734,6 +778,7 @@ typedef struct pd_shape {
     int axis;
     int child[8], children;      /* indices of earlier shapes of the array */
     const uint8_t *mask;         /* PD_SHAPE_VOXELS: non-zero is inside, axis 0 fastest; borrowed */
+    const pd_facets *facets;     /* PD_SHAPE_FACETS: the surface; borrowed */
     int n[PD_DIM];
 } pd_shape;
 
@@ -5454,6 +5499,20 @@ PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_
 
 #endif
 
+/* ======== >>io/stl.h ======== */
+/* stl: closed surfaces from STL files, as text or binary. Their normals are not read: the corners have them. */
+#ifndef PD_STL_H
+#define PD_STL_H
+
+#define pd_facets_read PD_NAME(pd_facets_read)
+
+/* Lengths of the file times scale are metres; all is moved by shift[3] [m] (NULL: by nothing). PD_ERR_ARGUMENT: scale
+ * is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off. Else as
+ * pd_facets_build. */
+PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets);
+
+#endif
+
 /* ======== >>io/progress.h ======== */
 /* progress: one line of text with the share done and the time left. The library prints nothing; a driver shows the
  * line, on a terminal only. */
@@ -5821,6 +5880,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_MONITORS 32 /* most monitors */
 #define PD_SETUP_NOTES 48 /* most notes */
 #define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_SURFACES 8 /* most surfaces of triangles */
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
@@ -5991,6 +6051,8 @@ typedef struct pd_setup {
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
+    pd_facets *surface[PD_SETUP_SURFACES]; /* that shapes borrow */
+    int surfaces;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* metal goes */
@@ -6107,6 +6169,8 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Free the measured points. */
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
+/* Room for a surface of triangles, all zero; the setup owns it. */
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */
@@ -6383,6 +6447,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [grid]       h = 5 um (one length or one for each axis)  m = 3  box = a .. b, c .. d  threads = 2
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
+ *                stl = file  scale  shift (3D) |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
  *                attack)|part  material = mg4ag|steel304|copper|alloy625
@@ -8000,6 +8065,394 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>lattice/facets.c ======== */
+/* facets: see facets.h
+ *
+ * Sources: trees of boxes and the closest points of triangles as in Ericson 2005, ch. 5 and 6.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Most triangles of a box without children. */
+#define PDI_FACETS_LEAF 4
+/* Rounding of places, over the largest coordinate of the surface. */
+#define PDI_FACETS_ROUNDING 1e-14
+/* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
+#define PDI_FACETS_SLIVER 1e-16
+/* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
+#define PDI_FACETS_DEPTH 64
+
+static void pdi_facets_list(pdi_owner *owner, void *object)
+{
+    pd_facets *facets = (pd_facets *)object;
+    PDI_ARRAY(owner, facets, corner, (int64_t)facets->count * 9, "m");
+    PDI_ARRAY(owner, facets, box, (int64_t)facets->count * 6, "m");
+    PDI_ARRAY(owner, facets, first, facets->count, "1");
+    PDI_ARRAY(owner, facets, size, facets->count, "1");
+    PDI_ARRAY(owner, facets, second, facets->count, "1");
+}
+
+PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
+{
+    pd_facets copy = *facets;
+    return pdi_owner_bytes(pdi_facets_list, &copy);
+}
+
+/* ---- is it closed? ---- */
+
+typedef struct pdi_facets_vertex {
+    double x[3];
+    int32_t at; /* of all corners */
+} pdi_facets_vertex;
+
+typedef struct pdi_facets_edge {
+    int32_t low, high; /* vertices */
+    int32_t at;        /* corner where it begins */
+    int32_t sense;     /* 1: from low to high */
+} pdi_facets_edge;
+
+static int pdi_facets_compare(const void *a, const void *b)
+{
+    const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_facets_compare_edges(const void *a, const void *b)
+{
+    const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
+    if (p->low != q->low) return p->low < q->low ? -1 : 1;
+    if (p->high != q->high) return p->high < q->high ? -1 : 1;
+    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* Numbers of corners that are the same at the same places: vertex [3 count]. */
+static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t count, int32_t *vertex)
+{
+    pdi_facets_vertex *list = NULL;
+    int32_t n = 3 * count, number = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        list[k].at = k;
+    }
+    qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; k && d < 3; d++)
+            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
+                number = k;
+                break;
+            }
+        vertex[list[k].at] = number;
+    }
+    PDI_DELETE(ctx, n, list);
+    return PD_OK;
+}
+
+static pd_status pdi_facets_pairs(pd_ctx *ctx, const double *corner, const pdi_facets_edge *edge, int32_t count)
+{
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t forth = 0;
+        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++)
+            forth += edge[next].sense;
+        const double *x = corner + (int64_t)edge[k].at * 3;
+        int32_t other = edge[k].at % 3 < 2 ? edge[k].at + 1 : edge[k].at - 2;
+        const double *y = corner + (int64_t)other * 3;
+        if (next - k == 2 && forth == 1) continue;
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+                        "triangle%s, %d of them along it, expected two in opposite senses: the surface is not closed",
+                        x[0], x[1], x[2], y[0], y[1], y[2], (int)(next - k), next - k > 1 ? "s" : "",
+                        (int)(edge[k].sense ? forth : next - k - forth));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_facets_edges(pd_ctx *ctx, const double *corner, const int32_t *vertex, int32_t count)
+{
+    pdi_facets_edge *edge = NULL;
+    int32_t n = 3 * count;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, edge));
+    for (int32_t k = 0; k < n; k++) {
+        int32_t from = vertex[k], to = vertex[k % 3 < 2 ? k + 1 : k - 2];
+        edge[k].low = from < to ? from : to;
+        edge[k].high = from < to ? to : from;
+        edge[k].sense = from < to;
+        edge[k].at = k;
+    }
+    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
+    pd_status status = pdi_facets_pairs(ctx, corner, edge, n);
+    PDI_DELETE(ctx, n, edge);
+    return status;
+}
+
+static pd_status pdi_facets_closed(pd_ctx *ctx, const double *corner, int32_t count)
+{
+    int32_t *vertex = NULL;
+    PDI_TRY(PDI_NEW(ctx, "facets", 3 * count, vertex));
+    pd_status status = pdi_facets_weld(ctx, corner, count, vertex);
+    for (int32_t k = 0; k < count && status == PD_OK; k++) {
+        const int32_t *v = vertex + 3 * (int64_t)k;
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
+            status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "triangle %d of %d has two corners at one place, at "
+                              "(%.9g %.9g %.9g) m", (int)k + 1, (int)count, corner[9 * (int64_t)k],
+                              corner[9 * (int64_t)k + 1], corner[9 * (int64_t)k + 2]);
+    }
+    if (status == PD_OK) status = pdi_facets_edges(ctx, corner, vertex, count);
+    PDI_DELETE(ctx, 3 * count, vertex);
+    return status;
+}
+
+static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
+{
+    double volume = 0.0;
+    if (count < 4 || count > INT32_MAX / 9)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
+                        INT32_MAX / 9);
+    for (int64_t k = 0; k < 9 * count; k++)
+        if (!(fabs(corner[k]) < 1e30))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %.0f has the coordinate %g m, expected less"
+                            " than 1e30", (double)(k / 9 + 1), corner[k]);
+    PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
+    for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
+        double e[3][3];
+        for (int p = 0; p < 3; p++)
+            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - corner[d];
+        for (int d = 0; d < 3; d++)
+            volume += e[0][d] * (e[1][(d + 1) % 3] * e[2][(d + 2) % 3] - e[1][(d + 2) % 3] * e[2][(d + 1) % 3]);
+    }
+    if (fabs(volume) > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)count);
+}
+
+/* ---- the tree ---- */
+
+typedef struct pdi_facets_key {
+    double middle; /* [m] along an axis */
+    int32_t at;
+} pdi_facets_key;
+
+static int pdi_facets_compare_keys(const void *a, const void *b)
+{
+    const pdi_facets_key *p = (const pdi_facets_key *)a, *q = (const pdi_facets_key *)b;
+    if (p->middle < q->middle || p->middle > q->middle) return p->middle < q->middle ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* The box of the triangles first .. first + size - 1 of `key`, and those below it. */
+static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key *key, int32_t first, int32_t size)
+{
+    int32_t own = f->boxes++;
+    double *box = f->box + 6 * (int64_t)own;
+    int axis = 0;
+    f->first[own] = first;
+    f->size[own] = size;
+    f->second[own] = 0;
+    for (int d = 0; d < 3; d++) {
+        box[d] = HUGE_VAL;
+        box[3 + d] = -HUGE_VAL;
+        for (int32_t k = first; k < first + size; k++)
+            for (int p = 0; p < 3; p++) {
+                double x = corner[9 * (int64_t)key[k].at + 3 * p + d];
+                box[d] = fmin(box[d], x);
+                box[3 + d] = fmax(box[3 + d], x);
+            }
+        if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
+    }
+    if (size <= PDI_FACETS_LEAF) return;
+    for (int32_t k = first; k < first + size; k++) {
+        const double *x = corner + 9 * (int64_t)key[k].at + axis;
+        key[k].middle = x[0] / 3.0 + x[3] / 3.0 + x[6] / 3.0;
+    }
+    qsort(key + first, (size_t)size, sizeof *key, pdi_facets_compare_keys);
+    pdi_facets_divide(f, corner, key, first, size / 2);
+    f->second[own] = f->boxes;
+    pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
+}
+
+static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
+{
+    pdi_facets_key *key = NULL;
+    PDI_TRY(pdi_facets_check(ctx, corner, count));
+    f->count = (int32_t)count;
+    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
+    PDI_TRY(PDI_NEW(ctx, "facets", count, key));
+    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
+    pdi_facets_divide(f, corner, key, 0, f->count);
+    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
+        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
+    PDI_DELETE(ctx, count, key);
+    return PD_OK;
+}
+
+pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
+{
+    memset(facets, 0, sizeof *facets);
+    pd_status status = pdi_facets_make(ctx, corner, count, facets);
+    if (status < 0) pd_facets_free(ctx, facets);
+    return status;
+}
+
+void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
+{
+    pdi_owner_free(ctx, pdi_facets_list, facets);
+    memset(facets, 0, sizeof *facets);
+}
+
+/* ---- distance ---- */
+
+static double pdi_facets_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Square of the distance from x to the segment from a to b. */
+static double pdi_facets_segment(const double *a, const double *b, const double *x)
+{
+    double edge[3], off[3];
+    for (int d = 0; d < 3; d++) {
+        edge[d] = b[d] - a[d];
+        off[d] = x[d] - a[d];
+    }
+    double along = pdi_facets_dot(off, edge), whole = pdi_facets_dot(edge, edge);
+    double share = along > 0.0 ? along < whole ? along / whole : 1.0 : 0.0;
+    for (int d = 0; d < 3; d++) off[d] -= share * edge[d];
+    return pdi_facets_dot(off, off);
+}
+
+/* To the triangle: its plane where x is above it, else the edges that x is beyond. Slivers are edges alone. */
+static double pdi_facets_square(const double *corner, const double *x)
+{
+    double e[3][3], off[3], normal[3], longest = 0.0, best = HUGE_VAL;
+    for (int k = 0; k < 3; k++) {
+        for (int d = 0; d < 3; d++) e[k][d] = corner[(3 * k + 3) % 9 + d] - corner[3 * k + d];
+        double edge = pdi_facets_dot(e[k], e[k]);
+        longest = edge > longest ? edge : longest;
+    }
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        normal[d] = e[0][p] * e[1][q] - e[0][q] * e[1][p];
+        off[d] = x[d] - corner[d];
+    }
+    double area = pdi_facets_dot(normal, normal);
+    int plane = area > PDI_FACETS_SLIVER * longest * longest, beyond = 0;
+    for (int k = 0; k < 3; k++) {
+        const double *from = corner + 3 * k;
+        double side = 0.0;
+        for (int d = 0; d < 3; d++) {
+            int p = (d + 1) % 3, q = (d + 2) % 3;
+            side += (x[d] - from[d]) * (normal[p] * e[k][q] - normal[q] * e[k][p]);
+        }
+        if (plane && side >= 0.0) continue;
+        beyond = 1;
+        double square = pdi_facets_segment(from, corner + (3 * k + 3) % 9, x);
+        best = square < best ? square : best;
+    }
+    if (beyond) return best;
+    double height = pdi_facets_dot(normal, off);
+    return height * height / area;
+}
+
+/* Square of the distance from x to box k. */
+static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
+{
+    const double *box = f->box + 6 * (int64_t)k;
+    double square = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double below = box[d] - x[d], above = x[d] - box[3 + d], off = below > above ? below : above;
+        square += off > 0.0 ? off * off : 0.0;
+    }
+    return square;
+}
+
+/* Square of the distance to the nearest triangle. Nearer children are looked at first. */
+static double pdi_facets_nearest(const pd_facets *f, const double *x)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    double far[PDI_FACETS_DEPTH], best = HUGE_VAL;
+    int depth = 1;
+    stack[0] = 0;
+    far[0] = 0.0;
+    while (depth) {
+        int32_t own = stack[--depth], second = f->second[own];
+        if (far[depth] >= best) continue;
+        if (second) {
+            double left = pdi_facets_beyond(f, own + 1, x), right = pdi_facets_beyond(f, second, x);
+            int swap = left < right;
+            stack[depth] = swap ? second : own + 1;
+            far[depth++] = swap ? right : left;
+            stack[depth] = swap ? own + 1 : second;
+            far[depth++] = swap ? left : right;
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
+            double square = pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+            best = square < best ? square : best;
+        }
+    }
+    return best;
+}
+
+/* ---- inside or outside ---- */
+
+/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? Both triangles at the edge
+ * get the same answer. */
+static int pdi_facets_passes(const double *p, const double *q, const double *x)
+{
+    if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
+    const double *low = p[2] < q[2] ? p : q, *high = p[2] < q[2] ? q : p;
+    if (x[1] < low[1] && x[1] < high[1]) return 1;
+    if (x[1] >= low[1] && x[1] >= high[1]) return 0;
+    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0;
+}
+
+/* Does the ray from x up axis 0 meet the triangle? */
+static int pdi_facets_meets(const double *corner, const double *x)
+{
+    const double *a = corner, *b = corner + 3, *c = corner + 6;
+    if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
+    double low = fmin(a[0], fmin(b[0], c[0])), high = fmax(a[0], fmax(b[0], c[0])), slope[3];
+    if (x[0] < low || x[0] >= high) return x[0] < low;
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        slope[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+    }
+    double height = slope[0] * (x[0] - a[0]) + slope[1] * (x[1] - a[1]) + slope[2] * (x[2] - a[2]);
+    return slope[0] > 0.0 ? height < 0.0 : height > 0.0;
+}
+
+static int pdi_facets_inside(const pd_facets *f, const double *x)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    int depth = 1, odd = 0;
+    stack[0] = 0;
+    while (depth) {
+        int32_t own = stack[--depth];
+        const double *box = f->box + 6 * (int64_t)own;
+        if (x[0] >= box[3] || x[1] < box[1] || x[1] >= box[4] || x[2] < box[2] || x[2] >= box[5]) continue;
+        if (f->second[own]) {
+            stack[depth++] = own + 1;
+            stack[depth++] = f->second[own];
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++)
+            odd ^= pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+    }
+    return odd;
+}
+
+PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
+{
+    double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
+    for (int d = 0; d < 6; d++) far = fmax(far, fabs(f->box[d]));
+    if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
+    return pdi_facets_inside(f, x) ? -distance : distance;
+}
+
+#undef PDI_FACETS_LEAF
+#undef PDI_FACETS_ROUNDING
+#undef PDI_FACETS_SLIVER
+#undef PDI_FACETS_DEPTH
+
 /* ======== >>lattice/shape.c ======== */
 /* shape: see shape.h
  *
@@ -8132,6 +8585,7 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
     case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
+    case PD_SHAPE_FACETS: return pdi_facets_distance(s->facets, x);
     case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
@@ -8249,6 +8703,10 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_CYLINDER: return pdi_shape_check_round(ctx, s, k, "cylinder");
     case PD_SHAPE_HALF_SPACE: return pdi_shape_check_half_space(ctx, s, k);
     case PD_SHAPE_VOXELS: return pdi_shape_check_voxels(ctx, s, k);
+    case PD_SHAPE_FACETS:
+        if (PD_DIM == 3 && s->facets && s->facets->count > 0) return PD_OK;
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
+                        "surface", k, PD_DIM, s->facets ? "" : "out");
     case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
     case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
     case PD_SHAPE_DIFFERENCE: return pdi_shape_check_children(ctx, shapes, k, "difference");
@@ -9284,6 +9742,9 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
         } else if (s->type == PD_SHAPE_VOXELS) {
             lo[d] = s->a[d];
             hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+        } else if (s->type == PD_SHAPE_FACETS) {
+            lo[d] = s->facets->box[d];
+            hi[d] = s->facets->box[3 + d];
         }
     }
     int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
@@ -22599,8 +23060,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 /* Square root of what rounding may make negative. */
 static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
 
-/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles come
- * from the roots that lengths come from: their errors cancel. */
+/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles
+ * come from the roots that lengths come from: their errors cancel. */
 static double pdi_rim_disc(double p, double q, double r)
 {
     double square = r * r;
@@ -22616,8 +23077,8 @@ static double pdi_rim_angle(double a, double z, double rest)
     return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
 }
 
-/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the piece
- * of the sphere and the three plane faces. */
+/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the
+ * piece of the sphere and the three plane faces. */
 static double pdi_rim_ball(double a, double b, double c)
 {
     double rest = 1.0 - a * a - b * b;
@@ -22626,7 +23087,8 @@ static double pdi_rim_ball(double a, double b, double c)
     sphere -= pdi_rim_angle(a, top, b) - pdi_rim_angle(a, c, pdi_rim_root(1.0 - a * a - c * c));
     sphere -= pdi_rim_angle(b, top, a) - pdi_rim_angle(b, c, pdi_rim_root(1.0 - b * b - c * c));
     return (sphere - a * pdi_rim_disc(b, c, pdi_rim_root(1.0 - a * a)) -
-            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) - c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
+            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) -
+            c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
 }
 
 /* The volume beyond a corner, in any dimension. */
@@ -33082,6 +33544,145 @@ pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points 
 
 #undef PDI_MESH_FILE_LIMIT
 
+/* ======== >>io/stl.c ======== */
+/* stl: see stl.h */
+#include <math.h>
+#include <string.h>
+
+/* Largest STL file that is read. */
+#define PDI_STL_FILE_LIMIT 2147483648
+/* [byte] of the head of a binary file, and of each of its triangles. */
+#define PDI_STL_HEAD 84
+#define PDI_STL_EACH 50
+
+/* Corners on their way. */
+typedef struct pdi_stl_corners {
+    double *x;             /* [room][9] [m] */
+    int64_t count, room;   /* triangles */
+    double scale, shift[3]; /* [-], [m] */
+} pdi_stl_corners;
+
+static uint32_t pdi_stl_whole(const char *at)
+{
+    const unsigned char *byte = (const unsigned char *)at;
+    return (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
+}
+
+static pd_status pdi_stl_room(pd_ctx *ctx, pdi_stl_corners *c, int64_t room)
+{
+    PDI_TRY(PDI_GROW(ctx, "stl", c->room * 9, room * 9, c->x));
+    c->room = room;
+    return PD_OK;
+}
+
+static double pdi_stl_place(const pdi_stl_corners *c, double x, int axis) { return x * c->scale + c->shift[axis]; }
+
+/* Triangles of a normal, three corners and two bytes, numbers little-endian. */
+static pd_status pdi_stl_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_corners *c)
+{
+    PDI_TRY(pdi_stl_room(ctx, c, count));
+    for (uint32_t k = 0; k < count; k++)
+        for (int n = 0; n < 9; n++) {
+            uint32_t bits = pdi_stl_whole(text + PDI_STL_HEAD + (size_t)PDI_STL_EACH * k + 12 + 4 * n);
+            float value;
+            memcpy(&value, &bits, sizeof value);
+            c->x[9 * (int64_t)k + n] = pdi_stl_place(c, (double)value, n % 3);
+        }
+    c->count = count;
+    return PD_OK;
+}
+
+/* facet normal N N N  outer loop  vertex X Y Z (three times)  endloop  endfacet */
+static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    double value;
+    if (c->count == c->room) PDI_TRY(pdi_stl_room(s->ctx, c, 2 * c->room + 64));
+    PDI_TRY(pdi_scan_expect(s, "normal"));
+    for (int d = 0; d < 3; d++) (void)pdi_scan_word(s, &word);
+    PDI_TRY(pdi_scan_expect(s, "outer"));
+    PDI_TRY(pdi_scan_expect(s, "loop"));
+    for (int p = 0; p < 3; p++) {
+        PDI_TRY(pdi_scan_expect(s, "vertex"));
+        for (int d = 0; d < 3; d++) {
+            PDI_TRY(pdi_scan_number(s, "a coordinate", &value));
+            c->x[9 * c->count + 3 * p + d] = pdi_stl_place(c, value, d);
+        }
+    }
+    PDI_TRY(pdi_scan_expect(s, "endloop"));
+    PDI_TRY(pdi_scan_expect(s, "endfacet"));
+    c->count++;
+    return PD_OK;
+}
+
+static int pdi_stl_is(const char *word, size_t size, const char *name)
+{
+    return size == strlen(name) && memcmp(word, name, size) == 0;
+}
+
+/* solid NAME .. endsolid NAME, once or more often. */
+static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    int open = 0;
+    for (size_t size; (size = pdi_scan_word(s, &word)) > 0;) {
+        if (!open && pdi_stl_is(word, size, "solid")) open = 1;
+        else if (open && pdi_stl_is(word, size, "endsolid")) open = 0;
+        else if (open && pdi_stl_is(word, size, "facet")) {
+            PDI_TRY(pdi_stl_facet(s, c));
+            continue;
+        } else
+            return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word,
+                                 open ? "facet or endsolid" : "solid");
+        pdi_scan_line(s); /* the name */
+    }
+    return open ? pdi_scan_fail(s, s->end, "the file ends before endsolid") : PD_OK;
+}
+
+static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
+{
+    pdi_scan scan;
+    double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
+    double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
+    if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
+        return pdi_stl_binary(ctx, text, (uint32_t)count, c);
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "stl";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    size_t blank = strspn(text, " \t\r\n");
+    if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
+    return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
+                    "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
+                    fmax(count, 0.0), fmax(whole, PDI_STL_HEAD));
+}
+
+pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)
+{
+    char *text;
+    size_t size;
+    pdi_stl_corners c;
+    memset(facets, 0, sizeof *facets);
+    memset(&c, 0, sizeof c);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stl", "the scale %g, expected a positive one", scale);
+    c.scale = scale;
+    for (int d = 0; shift && d < 3; d++) c.shift[d] = shift[d];
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_STL_FILE_LIMIT, &text, &size));
+    pd_status status = pdi_stl_parse(ctx, path, text, size, &c);
+    PDI_DELETE(ctx, size + 1, text);
+    if (status == PD_OK) status = pd_facets_build(ctx, c.x, c.count, facets);
+    PDI_DELETE(ctx, c.room * 9, c.x);
+    return status;
+}
+
+#undef PDI_STL_FILE_LIMIT
+#undef PDI_STL_HEAD
+#undef PDI_STL_EACH
+
 /* ======== >>io/progress.c ======== */
 /* progress: see progress.h */
 #include <stdio.h>
@@ -35448,6 +36049,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->initial);
     for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    for (int k = 0; k < setup->surfaces; k++) {
+        pd_facets_free(ctx, setup->surface[k]);
+        PDI_DELETE(ctx, 1, setup->surface[k]);
+    }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
@@ -35584,6 +36189,17 @@ PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+{
+    int k = setup->surfaces;
+    if (k >= PD_SETUP_SURFACES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
+    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->surface[k]));
+    *surface = setup->surface[k];
+    setup->surfaces++;
+    return PD_OK;
+}
+
 PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
 {
     va_list args;
@@ -35635,8 +36251,9 @@ typedef struct pdi_syntax_section {
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"constants", NULL}, /* any name */
     {"grid", "h, m, box, geometry, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+    {"shape", "box, ball, cylinder, half_space, mask, raw, stl, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, scale, shift, "
+              "outside, kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
@@ -36016,6 +36633,12 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
                  (unsigned)pdi_zlib_crc(0, u->mask[k], u->mask_size[k]));
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
+    for (int k = 0; k < u->surfaces; k++) {
+        const pd_facets *f = u->surface[k];
+        snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
+                 (unsigned)pdi_zlib_crc(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
@@ -36094,7 +36717,7 @@ typedef struct pdi_read_shapes {
 } pdi_read_shapes;
 
 static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
-                                               "raw",          "union", "intersect", "difference", NULL};
+                                               "raw",          "stl",   "union",     "intersect",  "difference", NULL};
 typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_BOX = 0,
     PDI_READ_SHAPES_BALL,
@@ -36102,6 +36725,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_HALF_SPACE,
     PDI_READ_SHAPES_MASK,
     PDI_READ_SHAPES_RAW,
+    PDI_READ_SHAPES_STL,
     PDI_READ_SHAPES_UNION,
     PDI_READ_SHAPES_INTERSECT,
     PDI_READ_SHAPES_DIFFERENCE
@@ -36230,6 +36854,25 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
+/* A closed surface. `scale`: the length of one unit of the file. */
+static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
+{
+    char path[PD_PATH_SIZE];
+    double scale, shift[PD_DIM] = {0.0};
+    pd_facets *surface = NULL;
+    shape->type = PD_SHAPE_FACETS;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "stl", s->folder, path));
+    PDI_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
+    if (pdi_text_has(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
+    PDI_TRY(pdi_setup_surface(s->ctx, s->setup, &surface));
+    shape->facets = surface;
+    if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
+        return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+    return PD_OK;
+}
+
 /* Index of an earlier shape of that name. */
 static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
 {
@@ -36274,7 +36917,7 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
     if (found < 0)
         return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
                                "found no geometry, expected one of box, ball, cylinder,"
-                               " half_space, mask, raw, union, intersect, difference");
+                               " half_space, mask, raw, stl, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
@@ -36297,6 +36940,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
     case PDI_READ_SHAPES_MASK:
     case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_STL: PDI_TRY(pdi_read_shapes_stl(s, &shape)); break;
     case PDI_READ_SHAPES_UNION:
     case PDI_READ_SHAPES_INTERSECT:
     case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
@@ -38999,6 +39643,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
+    for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 

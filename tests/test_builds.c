@@ -436,6 +436,13 @@ BUILD(scene, pd_setup) { return pdi_scene_build(ctx, "pin", l->wrong ? "no scene
 
 INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
+BUILD(facets, pd_facets)
+{
+    static const double corner[36] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1,
+                                      0, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    return pd_facets_build(ctx, corner, l->wrong ? 3 : 4, o);
+}
+
 BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.csv" : "points.csv"), 1.0, o); }
 
 INNER(image, pd_image) { return pdi_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
@@ -467,7 +474,7 @@ static const entry builds[] = {
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
-    ROW(points, pd_points, 1, 1)
+    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
 };
 #undef ROW
 /* others: what is read from files, and a second build of one type */

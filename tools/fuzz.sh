@@ -26,6 +26,12 @@ for name in "$@"; do
             printf '$Nodes\n1 3 1 3\n2 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n0 1 0\n$EndNodes\n'
             printf '$Elements\n1 1 1 1\n2 1 2 1\n1 1 2 3\n$EndElements\n'
         } > "$corpus/seed_3" ;;
+    stl) printf 'solid a\n' > "$corpus/seed_1"
+        for face in '0 0 0;0 1 0;1 0 0' '0 0 0;1 0 0;0 0 1' '0 0 0;0 0 1;0 1 0' '1 0 0;0 1 0;0 0 1'; do
+            printf 'facet normal 0 0 1\nouter loop\nvertex %s\nendloop\nendfacet\n' \
+                "$(printf '%s' "$face" | sed 's/;/\nvertex /g')" >> "$corpus/seed_1"
+        done
+        printf 'endsolid\n' >> "$corpus/seed_1" ;;
     png) cp docs/img/*.png docs/img/*/*.png "$corpus" 2> /dev/null ;;
     esac
     echo "== $name, $seconds s"

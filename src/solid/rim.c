@@ -9,8 +9,8 @@
 /* Square root of what rounding may make negative. */
 static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
 
-/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles come
- * from the roots that lengths come from: their errors cancel. */
+/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles
+ * come from the roots that lengths come from: their errors cancel. */
 static double pdi_rim_disc(double p, double q, double r)
 {
     double square = r * r;
@@ -26,8 +26,8 @@ static double pdi_rim_angle(double a, double z, double rest)
     return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
 }
 
-/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the piece
- * of the sphere and the three plane faces. */
+/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the
+ * piece of the sphere and the three plane faces. */
 static double pdi_rim_ball(double a, double b, double c)
 {
     double rest = 1.0 - a * a - b * b;
@@ -36,7 +36,8 @@ static double pdi_rim_ball(double a, double b, double c)
     sphere -= pdi_rim_angle(a, top, b) - pdi_rim_angle(a, c, pdi_rim_root(1.0 - a * a - c * c));
     sphere -= pdi_rim_angle(b, top, a) - pdi_rim_angle(b, c, pdi_rim_root(1.0 - b * b - c * c));
     return (sphere - a * pdi_rim_disc(b, c, pdi_rim_root(1.0 - a * a)) -
-            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) - c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
+            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) -
+            c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
 }
 
 /* The volume beyond a corner, in any dimension. */
