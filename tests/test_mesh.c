@@ -4,6 +4,7 @@
 #include "io/file.h"
 #include "io/mesh.h"
 #include "random.h"
+#include "solid/elastic.h"
 #include "test.h"
 
 #define TEXT2(x) #x
@@ -206,6 +207,44 @@ TEST(cubes)
         for (int d = 0; d < PD_DIM; d++) CHECK_REL(moment[d], 0.5 * size * scale, 1e-14);
         CHECK_REL(half, 0.5 * size, 0.2 / N);
         pd_points_free(&ctx, &points);
+        pd_points_free(&ctx, &points);
+        CHECK_INT(ctx.in_use, 0);
+    }
+}
+
+/* The points of a mesh are a body: a linear field has the stress of Hooke's law at each of them. */
+TEST(bodies)
+{
+    static double u[20000 * PD_DIM], stress[20000 * PD_DIM * PD_DIM];
+    for (int k = 0; k < KINDS; k++) {
+        pd_ctx ctx;
+        pd_points points;
+        pd_body_desc desc;
+        pd_body body;
+        pd_elastic_desc material;
+        pd_elastic elastic;
+        double worst = 0.0, strain = 1e-6, whole = 45e9 * strain;
+        pd_ctx_init(&ctx);
+        write_2(&kinds[k]);
+        if (!CHECK_OK(&ctx, pd_points_read(&ctx, put("body.msh", page.text, page.size), 1e-3, &points))) return;
+        memset(&desc, 0, sizeof desc);
+        desc.count = points.count;
+        desc.position = points.position;
+        desc.volume = points.volume;
+        desc.horizon = 2.1e-3 / N;
+        memset(&material, 0, sizeof material);
+        material.young = 45e9;
+        material.poisson = PD_DIM == 1 ? 0.0 : 0.3;
+        if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
+        if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
+        for (int32_t i = 0; i < body.count * PD_DIM; i++) u[i] = i % PD_DIM ? 0.0 : strain * body.position[i];
+        if (PD_DIM > 1) whole *= 0.7 / (1.3 * 0.4);
+        pd_elastic_force(&ctx, &elastic, u, stress);
+        pd_elastic_stress(&ctx, &elastic, stress);
+        for (int32_t i = 0; i < body.count; i++) worst = fmax(worst, fabs(stress[i * PD_DIM * PD_DIM] - whole));
+        CHECK_LE(worst, 1e-12 * whole);
+        pd_elastic_free(&ctx, &elastic);
+        pd_body_free(&ctx, &body);
         pd_points_free(&ctx, &points);
         CHECK_INT(ctx.in_use, 0);
     }
@@ -567,5 +606,5 @@ TEST(damaged_vtk)
 #else
 #define CURVED
 #endif
-TEST_MAIN(ENTRY(cubes) CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh) ENTRY(bad_vtk)
+TEST_MAIN(ENTRY(cubes) ENTRY(bodies) CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh) ENTRY(bad_vtk)
               ENTRY(damaged))
