@@ -8213,8 +8213,8 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
                         INT32_MAX / 9);
     for (int64_t k = 0; k < 9 * count; k++)
         if (!(fabs(corner[k]) < 1e30))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %.0f has the coordinate %g m, expected less"
-                            " than 1e30", (double)(k / 9 + 1), corner[k]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
+                            " 1e30", (int)(k / 9) + 1, corner[k]);
     PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
     for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
         double e[3][3];
@@ -33438,7 +33438,7 @@ static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
                 return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
             column[k] = c;
         }
-        if (column[k] < 0 && (k < PD_DIM || k == PDI_MESH_VOLUME))
+        if ((k < PD_DIM || k == PDI_MESH_VOLUME) && column[k] < 0)
             return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
                             t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
     }

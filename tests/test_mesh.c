@@ -606,5 +606,5 @@ TEST(damaged_vtk)
 #else
 #define CURVED
 #endif
-TEST_MAIN(ENTRY(cubes) ENTRY(bodies) CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh) ENTRY(bad_vtk)
-              ENTRY(damaged))
+TEST_MAIN(ENTRY(cubes) ENTRY(bodies) CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
+              ENTRY(bad_vtk) ENTRY(damaged))

@@ -35,7 +35,7 @@ static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
                 return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
             column[k] = c;
         }
-        if (column[k] < 0 && (k < PD_DIM || k == PDI_MESH_VOLUME))
+        if ((k < PD_DIM || k == PDI_MESH_VOLUME) && column[k] < 0)
             return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
                             t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
     }

@@ -146,8 +146,8 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
                         INT32_MAX / 9);
     for (int64_t k = 0; k < 9 * count; k++)
         if (!(fabs(corner[k]) < 1e30))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %.0f has the coordinate %g m, expected less"
-                            " than 1e30", (double)(k / 9 + 1), corner[k]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
+                            " 1e30", (int)(k / 9) + 1, corner[k]);
     PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
     for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
         double e[3][3];
