@@ -359,7 +359,8 @@ TEST(files)
             attempt(copy, size);
         }
     }
-    put("a.stl", "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0\nvertex 1 0 x", 63);
+    static const char wrong[] = "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0\nvertex 1 0 x";
+    put("a.stl", wrong, strlen(wrong));
     CHECK_INT(pd_facets_read(&ctx, path_of("a.stl"), 1.0, NULL, &f), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "a.stl:3: found 'x', expected a coordinate: a finite number") != NULL);
     put("a.stl", "no such thing", 13);
