@@ -10,6 +10,7 @@
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
 #include "run/observe.h"
+#include "io/mesh.h"
 #include "io/png.h"
 #include "run/coarser.h"
 #include "solid/verlet.h"
@@ -115,6 +116,7 @@ static int ready(lab *l)
     put("pin.scene", pin, sizeof pin - 1);
     put("pit.scene", pit, sizeof pit - 1);
     put("pit.csv", "x,y\n1,2\n", 8);
+    put("points.csv", "x,y,z,volume\n1,2,3,4\n", 21);
     dot.width = dot.height = 1;
     dot.channels = 3;
     dot.pixels = (uint8_t *)"abc";
@@ -434,6 +436,15 @@ BUILD(scene, pd_setup) { return pdi_scene_build(ctx, "pin", l->wrong ? "no scene
 
 INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
+BUILD(facets, pd_facets)
+{
+    static const double corner[36] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1,
+                                      0, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    return pd_facets_build(ctx, corner, l->wrong ? 3 : 4, o);
+}
+
+BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.csv" : "points.csv"), 1.0, o); }
+
 INNER(image, pd_image) { return pdi_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
 
 /* ---- all of them ---- */
@@ -463,10 +474,11 @@ static const entry builds[] = {
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
+    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
 };
 #undef ROW
 /* others: what is read from files, and a second build of one type */
-enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 4 };
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 5 };
 
 static int all_zero(const void *object, size_t size)
 {

@@ -1,13 +1,14 @@
 /* body: material points of a solid and their families.
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
- * or with `spacing` |xi| < horizon + spacing/2, where cells at the rim count with the part that lies within the
- * horizon. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
+ * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
+ * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
  * does not depend on the order of the points. Search: cell lists, O(count).
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
 #include "core/owner.h"
+#include "solid/rim.h"
 
 /* How bonds count by their length r. */
 typedef enum pd_influence {
@@ -16,18 +17,28 @@ typedef enum pd_influence {
     PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
 } pd_influence;
 
+/* Which part of a cell at the rim of the horizon counts. */
+typedef enum pd_rim {
+    PD_RIM_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
+    PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
+} pd_rim;
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
     const double *volume;   /* [count] [m^d] */
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
+    pd_rim rim;             /* of a lattice */
 } pd_body_desc;
 
 typedef struct pd_body {
     int32_t count;
     double horizon;    /* [m] */
     double spacing;    /* [m] */
+    pd_rim rim;
+    int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
+    double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
@@ -63,9 +74,9 @@ PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
 PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
-/* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
- * horizon. */
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
+/* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
+ * none. Both ends get the same bits. */
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
 
 #endif

@@ -47,8 +47,8 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
             along += n ? n[d] * xi[d] : 0.0;
         }
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
+        if (!(weight > 0.0)) continue;
         weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
@@ -138,7 +138,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++)
                 stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
