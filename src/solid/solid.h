@@ -26,6 +26,11 @@ typedef struct pd_solid {
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
+    /* Energy density [J/m3] of each point at u. NULL: none but the total. */
+    void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
+     * bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
