@@ -45,6 +45,8 @@ static plate_case *plate(const double *half, double h, double m, int thick)
     c->crack.way[0] = 1.0;
     if (PD_DIM == 3) c->crack.front[PD_DIM - 1] = 1.0;
     c->crack.thickness = thick * h;
+    c->crack.tip[0] = 0.013 * h;
+    c->crack.tip[1] = 0.007 * h;
     return CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body)) ? c : NULL;
 }
 
@@ -56,7 +58,8 @@ static void local(const plate_case *c, const double *x, double *y)
     y[1] = b * c->crack.way[0] - a * c->crack.way[1];
 }
 
-/* Break all bonds that pass through the crack from `length` [m] behind the tip up to it. */
+/* Break all bonds that pass through the crack from `length` [m] behind the tip up to it. No bond passes the tip itself,
+ * where its ends may differ by rounding. */
 static int64_t cut(plate_case *c, double length)
 {
     int64_t broken = 0;
@@ -167,12 +170,11 @@ typedef struct rim_case {
 static plate_case *rim_plate(const rim_case *r)
 {
     double half[2] = {1.0, 1.0};
-    plate_case *c = plate(half, r->h, r->m, 5);
+    plate_case *c = plate(half, r->h, r->m, 3);
     if (!c) return NULL;
     c->crack.way[0] = cos(r->angle);
     c->crack.way[1] = sin(r->angle);
-    c->crack.tip[0] = 0.013 * r->h - (r->kind & WHOLE ? 3.0 : 0.0);
-    c->crack.tip[1] = 0.007 * r->h;
+    if (r->kind & WHOLE) c->crack.tip[0] -= 3.0;
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
         williams(c, x, r->nu, r->plane, r->k, c->u + i * PD_DIM);
@@ -202,20 +204,16 @@ static double rim_j(const rim_case *r, double *spread)
 /* J is K^2/E' with order 1 in h, and the same for all contours. */
 TEST(order)
 {
-    for (int kind = 0; kind < (PD_DIM == 3 ? 1 : 2); kind++) {
-        rim_case r = {0.05, 2.0, 0.0, 0.3, PD_PLANE_STRAIN, {1e-3, 0.0}, 0, 0.0};
-        double spread, coarse, fine;
-        r.kind = kind;
-        if (kind) r.nu = 0.25;
-        if (PD_DIM == 3) r.h = 0.1;
-        coarse = 1.0 - rim_j(&r, &spread);
-        r.h *= 0.5;
-        fine = 1.0 - rim_j(&r, &spread);
-        NOTE("order %.2f", log2(coarse / fine));
-        CHECK_LE(fabs(fine), PD_DIM == 3 ? 0.04 : 0.02);
-        CHECK(log2(coarse / fine) > 0.8);
-        CHECK_LE(spread, PD_DIM == 3 ? 1e-2 : 1e-3);
-    }
+    rim_case r = {0.05, 2.0, 0.0, 0.3, PD_PLANE_STRAIN, {1e-3, 0.0}, 0, 0.0};
+    double spread, coarse, fine;
+    if (PD_DIM == 3) r.h = 0.1;
+    coarse = 1.0 - rim_j(&r, &spread);
+    r.h *= 0.5;
+    fine = 1.0 - rim_j(&r, &spread);
+    NOTE("order %.2f", log2(coarse / fine));
+    CHECK_LE(fabs(fine), PD_DIM == 3 ? 0.04 : 0.02);
+    CHECK(log2(coarse / fine) > 0.8);
+    CHECK_LE(spread, PD_DIM == 3 ? 1e-2 : 1e-3);
 }
 
 #if PD_DIM == 2
@@ -240,7 +238,7 @@ TEST(directions)
     for (int kind = 0; kind < 2; kind++) {
         double least = HUGE_VAL, most = 0.0, spread;
         for (int n = 0; n < 4; n++) {
-            rim_case r = {0.04, 2.0, 0.0, 1.0 / 3.0, PD_PLANE_STRESS, {0.8e-3, 0.0}, 0, 0.0};
+            rim_case r = {0.05, 2.0, 0.0, 1.0 / 3.0, PD_PLANE_STRESS, {0.8e-3, 0.0}, 0, 0.0};
             r.angle = n * PI / 12.0;
             r.kind = kind;
             if (n & 1) r.k[1] = 0.6e-3;
@@ -256,12 +254,13 @@ TEST(directions)
 }
 
 /* The energy that a cut through one more column of bonds sets free, displacements of the rim held, is J. */
-TEST(release)
+static void release(double h, double bound)
 {
     for (int kind = 0; kind < 2; kind++) {
         double energy[2], j[2], spread, k = 1e-3;
         for (int n = 0; n < 2; n++) {
-            rim_case r = {0.025, 2.0, 0.0, 1.0 / 3.0, PD_PLANE_STRESS, {1e-3, 0.0}, 0, 0.0};
+            rim_case r = {0.05, 2.0, 0.0, 1.0 / 3.0, PD_PLANE_STRESS, {1e-3, 0.0}, 0, 0.0};
+            r.h = h;
             r.kind = kind;
             r.further = n - 0.5;
             plate_case *c = rim_plate(&r);
@@ -270,13 +269,16 @@ TEST(release)
             j[n] = contours(c, 4, 1.0, &spread);
             end(c);
         }
-        double g = (energy[0] - energy[1]) / 0.025;
-        NOTE("%s: G = %.4f K^2/E', J = %.4f and %.4f", kind ? "springs" : "elastic", g / (k * k), j[0] / (k * k),
+        double g = (energy[0] - energy[1]) / h;
+        NOTE("%s: G = %.4f K^2/E', J = %.4f, %.4f", kind ? "springs" : "elastic", g / (k * k), j[0] / (k * k),
              j[1] / (k * k));
-        CHECK_REL(g, 0.5 * (j[0] + j[1]), 0.01);
-        CHECK_REL(g, k * k, 0.02);
+        CHECK_REL(g, 0.5 * (j[0] + j[1]), 2e-3);
+        CHECK_REL(g, k * k, bound);
     }
 }
+
+TEST(energy_release) { release(0.05, 0.04); }
+TEST(finer_release) { release(0.025, 0.02); }
 #endif
 
 /* A field without a crack has no J. */
@@ -298,7 +300,8 @@ TEST(no_crack)
 
 #if PD_DIM == 2
 /* A strip with a notch at one side, its length half its width, under tension (Tada, Paris and Irwin 2000, 2.10; to
- * 0.5 %). */
+ * 0.5 %). A cell more of length is 24 % of J with 40 cells across: the error is of order 1, and goes by extrapolation.
+ */
 TEST(edge_notch)
 {
     static const double exact = 2.8266; /* K over sigma sqrt(pi a) */
@@ -310,14 +313,16 @@ TEST(edge_notch)
         for (int32_t i = 0; i < c->body.count; i++)
             if (fabs(c->position[i * 2 + 1]) > 1.0) c->load[i * 2 + 1] = -c->elastic.edge[i * 2 + 1];
         if (!solve(c)) return;
-        double j = contours(c, 2, 0.7, &spread), wanted = exact * exact * PI * 0.5;
+        double j = contours(c, 2, 0.7, &spread), wanted = exact * exact * PI * (0.5 + c->crack.tip[0]);
         off[n] = 1.0 - j / wanted;
-        NOTE("h = %.4f: %d points, J = %.4f K^2/E', contours differ by %.1e", h, (int)c->body.count, j / wanted, spread);
+        NOTE("h = %.4f: %d points, J = %.4f K^2/E', contours differ by %.1e", h, (int)c->body.count, j / wanted,
+             spread);
         CHECK_LE(spread, 0.01);
         end(c);
     }
     NOTE("order %.2f", log2(off[0] / off[1]));
-    CHECK_LE(fabs(off[1]), 0.08);
+    CHECK(log2(off[0] / off[1]) > 0.9);
+    CHECK_NEAR(2.0 * off[1] - off[0], 0.0, 0.015);
 }
 
 /* A strip that is split up to its middle, bent apart by moments: J = 12 M^2/(E' h^3) for arms of the height h, to any
@@ -326,25 +331,29 @@ TEST(split_strip)
 {
     double off[2], spread;
     for (int n = 0; n < 2; n++) {
-        double half[2] = {2.0, 0.5}, h = 0.05 / (1 << n), moment = 0.25 / 6.0;
+        double half[2] = {2.0, 0.5}, h = 0.05 / (1 << n), moment = 0.0;
         plate_case *c = plate(half, h, 2.0, 1);
         if (!c || !CHECK(cut(c, 3.0) > 0) || !elastic(c, 0.3, PD_PLANE_STRAIN)) return;
         for (int32_t i = 0; i < c->body.count; i++) {
-            double y = fabs(c->position[i * 2 + 1]);
-            if (c->position[i * 2] < -1.0) c->load[i * 2] = -c->elastic.edge[i * 2] * (0.25 - y) / 0.25;
+            double y = c->position[i * 2 + 1];
+            if (c->position[i * 2] > -1.0) continue;
+            c->load[i * 2] = -c->elastic.edge[i * 2] * (0.25 - fabs(y));
+            if (y > 0.0) moment -= c->volume[i] * y * c->load[i * 2];
         }
         if (!solve(c)) return;
         double j = contours(c, 4, 2.0, &spread), wanted = 12.0 * moment * moment * (1.0 - 0.09) / 0.125;
         off[n] = 1.0 - j / wanted;
         NOTE("h = %.4f: %d points, J = %.4f of 12 M^2/(E' h^3), contours differ by %.1e", h, (int)c->body.count,
              j / wanted, spread);
-        CHECK_LE(spread, 0.01);
+        CHECK_LE(spread, n ? 0.01 : 0.04);
         end(c);
     }
     NOTE("order %.2f", log2(off[0] / off[1]));
     CHECK_LE(fabs(off[1]), 0.02);
 }
-#define OF_2D ENTRY(directions) ENTRY(release) ENTRY(edge_notch) ENTRY(split_strip) SLOW_ENTRY(finer)
+#define OF_2D \
+    ENTRY(directions) ENTRY(energy_release) ENTRY(edge_notch) SLOW_ENTRY(split_strip) SLOW_ENTRY(finer_release) \
+        SLOW_ENTRY(finer)
 #else
 #define OF_2D
 #endif

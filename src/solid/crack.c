@@ -139,8 +139,8 @@ static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const doub
     for (int32_t i = 0; i < body->count; i++) {
         int near = pdi_crack_near(c, i);
         if ((near || c->q[i] > 0.0) && !pdi_crack_gradient(c, u, i) && near && pdi_body_intact(body, i))
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they give "
-                            "no gradient", (int)i);
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
+                            "give no gradient", (int)i);
     }
     return PD_OK;
 }
@@ -195,7 +195,7 @@ static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, doubl
     for (int32_t i = 0; i < c->count; i++) {
         double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
         pdi_crack_along(c, i, along);
-        share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* forces are minus what loads the point */
+        share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
         pdi_sum_add(&all, solid->body->volume[i] * share);
     }
     *j = pdi_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);

@@ -11,11 +11,11 @@
 #include "solid/solid.h"
 
 typedef struct pd_crack_desc {
-    double tip[PD_DIM];  /* [m] place of the tip; in 3D any point of the front, which is straight */
-    double way[PD_DIM];  /* direction in which the crack grows, of any length */
-    double front[PD_DIM]; /* 3D: direction of the front, at a right angle to way */
-    double inner, outer; /* [m] radii about the tip or front: q falls from 1 to 0 between them */
-    double thickness;    /* [m] 3D: length of the front; J is the mean over it */
+    double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
+    double way[PD_DIM];   /* [-] direction in which the crack grows, of any length */
+    double front[PD_DIM]; /* [-] 3D: direction of the front, at a right angle to way */
+    double inner, outer;  /* [m] radii about the tip or front: q falls from 1 to 0 between them */
+    double thickness;     /* [m] 3D: length of the front; J is the mean over it */
 } pd_crack_desc;
 
 #define pd_crack_j PD_NAME(pd_crack_j)

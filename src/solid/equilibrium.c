@@ -39,7 +39,8 @@ PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
 {
     const double *volume = q->solid->body->volume;
     double sum = 0.0;
-    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
+    if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
         double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
         q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;

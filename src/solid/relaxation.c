@@ -17,7 +17,7 @@
 #define PDI_RELAXATION_DAMPING 1.9
 #define PDI_RELAXATION_STEPS 100000
 /* A displacement over the horizon that counts as one of a body that moves without end. */
-#define PDI_RELAXATION_FAR 1e8
+#define PDI_RELAXATION_FAR 1e6
 
 /* The fictitious motion. */
 typedef struct pdi_relaxation {
