@@ -100,7 +100,7 @@
  *     relaxation displacements of a body at rest by damped motion, where Newton's method fails.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
- *     verlet     a body of springs in motion, by velocity Verlet.
+ *     verlet     a body of any material in motion, by velocity Verlet.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -3658,6 +3658,9 @@ typedef struct pd_solid {
     /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
      * bonds are no springs. */
     void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* force [N/m3] at the end of a step of dt [s] that has gone to u at the velocities v [m/s], or NULL, and bonds break
+     * of themselves: how many. NULL: none does. */
+    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
@@ -3978,12 +3981,6 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Which bonds are broken and what they released, out of the object or back into it. */
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
-/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
- * its start and not at its end: its energy is that of the middle. */
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
-                                     double dt, double *force);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */
@@ -3993,10 +3990,11 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double den
 #endif
 
 /* ======== >>solid/verlet.h ======== */
-/* verlet: a body of springs in motion, by velocity Verlet.
+/* verlet: a body of any material in motion, by velocity Verlet.
  *
- * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
- * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
+ * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
+ * bonds that broke.
  */
 #ifndef PD_VERLET_H
 #define PD_VERLET_H
@@ -4010,7 +4008,7 @@ typedef struct pd_verlet_desc {
 
 typedef struct pd_verlet {
     pd_verlet_desc desc;
-    pd_microelastic *material;
+    pd_solid solid;
     double *u;        /* [count][PD_DIM] [m] displacements */
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
@@ -4025,11 +4023,11 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
+/* At rest at time 0; u and v may be set before the first step. What the table is of is borrowed. PD_ERR_ARGUMENT: a density or
  * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
-                                 pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *verlet);
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no
+ * state of the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
@@ -24411,13 +24409,6 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     return pdi_microelastic_weigh(ctx, m);
 }
 
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
-}
-
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
 {
     pd_status status = pdi_microelastic_make(ctx, body, desc, m);
@@ -24538,18 +24529,6 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
-                                     double *force)
-{
-    pdi_microelastic_sweep sweep;
-    sweep.u = u;
-    sweep.v = v;
-    sweep.back = 0.5 * dt;
-    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
-}
-
 /* Energy density of point i at displacements u [J/m3]. */
 static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
@@ -24665,6 +24644,20 @@ static void pdi_microelastic_solid_pull(const void *self, const double *u, int32
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
+/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                           double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    pdi_microelastic_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = 0.5 * dt;
+    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
     return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
@@ -24677,7 +24670,10 @@ static double pdi_microelastic_solid_limit(const void *self, double density)
 
 static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    return pdi_microelastic_store(ctx, (pd_microelastic *)self, archive);
+    pd_microelastic *m = (pd_microelastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)
@@ -24693,6 +24689,7 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     solid.energy = pdi_microelastic_solid_energy;
     solid.density = pdi_microelastic_solid_density;
     solid.pull = pdi_microelastic_solid_pull;
+    solid.move = pdi_microelastic_solid_move;
     solid.update = pdi_microelastic_solid_update;
     solid.limit = pdi_microelastic_solid_limit;
     solid.store = pdi_microelastic_solid_store;
@@ -24727,7 +24724,7 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
 {
     pd_verlet *verlet = (pd_verlet *)object;
-    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    int64_t count = verlet->solid.body ? (int64_t)verlet->solid.body->count * PD_DIM : 0;
     PDI_STATE(owner, verlet, u, count, "m");
     PDI_STATE(owner, verlet, v, count, "m/s");
     PDI_STATE(owner, verlet, force, count, "N/m3");
@@ -24737,7 +24734,7 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, verlet, broken, "1");
 }
 
-pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
@@ -24746,8 +24743,8 @@ pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verle
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
                         desc->density, desc->share);
     d->desc = *desc;
-    d->material = material;
-    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    d->solid = *solid;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * solid->limit(solid->self, desc->density);
     pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
     if (status < 0) pd_verlet_free(ctx, d);
     return status;
@@ -24761,7 +24758,7 @@ void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
 
 double pd_verlet_kinetic(const pd_verlet *d)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     pdi_sum all = {0.0, 0.0};
     for (int32_t i = 0; i < body->count; i++) {
         double square = 0.0;
@@ -24774,7 +24771,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
 /* Half a step of the velocities, by the present forces. */
 static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 {
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     int nt = pdi_par_threads(ctx, n * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -24787,7 +24784,7 @@ static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 /* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
 static double pdi_verlet_work(const pd_verlet *d, double dt)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     int64_t n = (int64_t)body->count * PD_DIM;
     pdi_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
@@ -24807,34 +24804,49 @@ static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Forces at u, after a step of dt or before the first one (v NULL). */
+static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
+{
+    const pd_solid *solid = &d->solid;
+    if (solid->move) {
+        d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
+        return PD_OK;
+    }
+    pd_status status = solid->force(ctx, solid->self, d->u, d->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
+                    solid->name);
+}
+
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
-    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
+    if (d->steps == 0) PDI_TRY(pdi_verlet_force(ctx, d, NULL, 0.0));
     pdi_verlet_kick(ctx, d, s->dt);
     d->work += pdi_verlet_work(d, s->dt);
     for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
-    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    PDI_TRY(pdi_verlet_force(ctx, d, d->v, s->dt));
     d->work += pdi_verlet_work(d, s->dt);
     pdi_verlet_kick(ctx, d, s->dt);
     d->steps++;
     double most = pdi_par_max_abs(ctx, n, d->u);
-    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    if (most < PDI_VERLET_FAR * d->solid.body->horizon) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
 static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    ((pd_verlet *)self)->time = s->end;
-    return PD_OK;
+    pd_verlet *d = (pd_verlet *)self;
+    d->time = s->end;
+    return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
+    const pd_solid *solid = &((pd_verlet *)self)->solid;
+    if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 

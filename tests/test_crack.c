@@ -7,7 +7,7 @@
 #include "test.h"
 #include <math.h>
 
-#define MOST 20000 /* points */
+#define MOST 26000 /* points */
 #define PI 3.14159265358979323846
 
 typedef struct plate_case {

@@ -2,6 +2,7 @@
  * dims: 1 2 3 */
 #include "io/store.h"
 #include "random.h"
+#include "solid/microelastic.h"
 #include "solid/verlet.h"
 #include "test.h"
 #include <math.h>
@@ -55,7 +56,8 @@ static int springs(bar_case *c, double fracture, pd_plane plane, pd_influence in
 
 static int moves(bar_case *c, const pd_verlet_desc *desc)
 {
-    return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &c->material, desc, &c->verlet));
+    pd_solid solid = pd_microelastic_solid(&c->material);
+    return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &solid, desc, &c->verlet));
 }
 
 static void end(bar_case *c)

@@ -176,13 +176,6 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     return pdi_microelastic_weigh(ctx, m);
 }
 
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
-}
-
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
 {
     pd_status status = pdi_microelastic_make(ctx, body, desc, m);
@@ -303,18 +296,6 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
-                                     double *force)
-{
-    pdi_microelastic_sweep sweep;
-    sweep.u = u;
-    sweep.v = v;
-    sweep.back = 0.5 * dt;
-    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
-}
-
 /* Energy density of point i at displacements u [J/m3]. */
 static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
@@ -430,6 +411,20 @@ static void pdi_microelastic_solid_pull(const void *self, const double *u, int32
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
+/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                           double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    pdi_microelastic_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = 0.5 * dt;
+    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.force = force;
+    return pdi_microelastic_run(ctx, m, &sweep);
+}
+
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
     return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
@@ -442,7 +437,10 @@ static double pdi_microelastic_solid_limit(const void *self, double density)
 
 static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    return pdi_microelastic_store(ctx, (pd_microelastic *)self, archive);
+    pd_microelastic *m = (pd_microelastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)
@@ -458,6 +456,7 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     solid.energy = pdi_microelastic_solid_energy;
     solid.density = pdi_microelastic_solid_density;
     solid.pull = pdi_microelastic_solid_pull;
+    solid.move = pdi_microelastic_solid_move;
     solid.update = pdi_microelastic_solid_update;
     solid.limit = pdi_microelastic_solid_limit;
     solid.store = pdi_microelastic_solid_store;

@@ -55,12 +55,6 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Which bonds are broken and what they released, out of the object or back into it. */
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
-/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
- * its start and not at its end: its energy is that of the middle. */
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
-                                     double dt, double *force);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */
