@@ -62,6 +62,9 @@ PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const 
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
 /* y [m] = the inverse blocks times x [N]. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
+/* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
+PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                 const int32_t *piece, int32_t count, double *sum);
 #endif
 
 #endif

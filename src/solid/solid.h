@@ -26,6 +26,10 @@ typedef struct pd_solid {
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
+    /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
+    double (*normal)(const void *self, int32_t i, const double *stress);
+    /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
+    double (*dissipated)(const void *self);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
     /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
