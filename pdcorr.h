@@ -3666,8 +3666,8 @@ typedef struct pd_solid {
     /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
      * bonds are no springs. */
     void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
-    /* force [N/m3] at the end of a step of dt [s] that has gone to u at the velocities v [m/s], or NULL, and bonds break
-     * of themselves: how many. NULL: none does. */
+    /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
+     * one. Bonds break of themselves: how many. NULL: none does. */
     int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
@@ -4099,11 +4099,12 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. What the table is of is borrowed. PD_ERR_ARGUMENT: a density or
- * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no
- * state of the material. */
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
+ * PD_ERR_ARGUMENT: a density or a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
+                                 pd_verlet *verlet);
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+ * the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);

@@ -33,11 +33,12 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. What the table is of is borrowed. PD_ERR_ARGUMENT: a density or
- * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no
- * state of the material. */
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
+ * PD_ERR_ARGUMENT: a density or a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
+                                 pd_verlet *verlet);
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+ * the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
