@@ -329,8 +329,8 @@ TEST(edge_notch)
     CHECK_NEAR(2.0 * off[1] - off[0], 0.0, 0.015);
 }
 
-/* A compact specimen, its pins pulled apart: K = P/sqrt(W) (2 + a)/(1 - a)^(3/2) (0.886 + 4.64 a - 13.32 a^2 + 14.72 a^3
- * - 5.6 a^4) with a = 1/2 of W = 1 (ASTM E 399; Anderson 2017, table 2.4; to 0.5 %). */
+/* A compact specimen, its pins pulled apart: K = P/sqrt(W) (2 + a)/(1 - a)^(3/2) (0.886 + 4.64 a - 13.32 a^2 +
+ * 14.72 a^3 - 5.6 a^4) with a = 1/2 of W = 1 (ASTM E 399; Anderson 2017, table 2.4; to 0.5 %). */
 TEST(compact)
 {
     double off[2], spread;
@@ -388,8 +388,8 @@ TEST(split_strip)
     CHECK_LE(fabs(off[1]), 0.02);
 }
 #define OF_2D \
-    ENTRY(directions) ENTRY(energy_release) ENTRY(edge_notch) SLOW_ENTRY(compact) SLOW_ENTRY(split_strip) SLOW_ENTRY(finer_release) \
-        SLOW_ENTRY(finer)
+    ENTRY(directions) ENTRY(energy_release) ENTRY(edge_notch) SLOW_ENTRY(compact) SLOW_ENTRY(split_strip) \
+        SLOW_ENTRY(finer_release) SLOW_ENTRY(finer)
 #else
 #define OF_2D
 #endif
