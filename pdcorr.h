@@ -98,7 +98,7 @@
  *     elastic    small strains of a body by bond-associated correspondence.
  *     equilibrium displacements of a body at rest under loads and held points.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
- *     relaxation displacements of a body at rest by damped motion, where Newton's method fails.
+ *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
@@ -3943,7 +3943,7 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
 #endif
 
 /* ======== >>solid/relaxation.h ======== */
-/* relaxation: displacements of a body at rest by damped motion, where Newton's method fails.
+/* relaxation: displacements of a body at rest by damped motion, a fallback for Newton's method.
  *
  * Adaptive dynamic relaxation (Underwood 1983; Kilic and Madenci 2010): a fictitious motion in explicit steps of length
  * 1. The mass of a point is a matrix, its block of the stiffness times a factor, so that the highest frequency is
