@@ -101,8 +101,10 @@
  *     elastic    small strains of a body by bond-associated correspondence.
  *     equilibrium displacements of a body at rest under loads and held points.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
+ *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
+ *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
- *     verlet     a body of springs in motion, by velocity Verlet.
+ *     verlet     a body of any material in motion, by velocity Verlet.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -3774,6 +3776,14 @@ typedef struct pd_solid {
     double (*normal)(const void *self, int32_t i, const double *stress);
     /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
     double (*dissipated)(const void *self);
+    /* Energy density [J/m3] of each point at u. NULL: none but the total. */
+    void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
+     * bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
+     * one. Bonds break of themselves: how many. NULL: none does. */
+    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
@@ -3942,6 +3952,34 @@ PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const 
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #ifdef PDI_INTERNAL
+/* A solve of displacements. */
+typedef struct pdi_equilibrium {
+    pd_ctx *ctx;
+    const pd_solid *solid;
+    const pd_equilibrium_desc *desc;
+    const double *load;
+    int64_t n;     /* components of all points */
+    double size;   /* [N] of the problem, which residuals are over */
+    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
+    double *rest;  /* [n] [N] */
+    double *step;  /* [n] [m] */
+    double *trial; /* [n] [m] of materials that are not linear */
+    pd_krylov krylov;
+} pdi_equilibrium;
+
+static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
+{
+    return q->desc->held && q->desc->held[k];
+}
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
+/* Memory, what can be refused, what is not in balance at u and its norm, the norm [N] to be met. */
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
+/* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
+/* Inverse blocks. Components that are held are left out. */
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
+/* y [m] = the inverse blocks times x [N]. */
+PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
@@ -4021,6 +4059,65 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
 
 #endif
 
+/* ======== >>solid/relaxation.h ======== */
+/* relaxation: displacements of a body at rest by damped motion, a fallback for Newton's method.
+ *
+ * Adaptive dynamic relaxation (Underwood 1983; Kilic and Madenci 2010): a fictitious motion in explicit steps of length
+ * 1. The mass of a point is a matrix, its block of the stiffness times a factor, so that the highest frequency is
+ * below that of the longest stable step; a step that shows a higher one raises the factor. Damping is critical for the
+ * frequency of the present motion. Needs forces only, and as many steps as the ratio of frequencies: some times more
+ * than conjugate gradients.
+ */
+#ifndef PD_RELAXATION_H
+#define PD_RELAXATION_H
+
+#define pd_relaxation_solve PD_NAME(pd_relaxation_solve)
+
+/* As pd_equilibrium_solve: arguments, residual, what is refused; max_iterations 0: 100000. result: iterations are steps
+ * of the motion, steps are how often it began anew with more mass. PD_NOT_CONVERGED: the limit was reached, u is the
+ * last state. PD_RETRY: displacements became no state of the material with any mass. PD_ERR_DIVERGED: the body moves
+ * without end: loads turn it, or it has no stiffness against them. */
+PD_API pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
+                                     const double *load, double *u, pd_equilibrium_result *result);
+
+#endif
+
+/* ======== >>solid/crack.h ======== */
+/* crack: J integral of a crack and the place of its tip, from displacements of any material.
+ *
+ * J is what a crack that grows straight on releases per area. With a function q that is 1 at the tip and 0 far away it
+ * is an integral over the points between (equivalent domain integral; Li, Shih and Needleman 1985): a mean over
+ * contours of all radii between `inner` and `outer`. Where a material has bonds that pull, the same mean is taken of
+ * the contours of peridynamics (Silling and Lehoucq 2010), which count the bonds that pass through them. Crack faces
+ * have to be straight and parallel to `way` within `outer`. What loads or holds points there counts.
+ */
+#ifndef PD_CRACK_H
+#define PD_CRACK_H
+
+typedef struct pd_crack_desc {
+    double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
+    double way[PD_DIM];   /* [-] direction in which the crack grows, of any length */
+    double front[PD_DIM]; /* [-] 3D: direction of the front, at a right angle to way */
+    double inner, outer;  /* [m] radii about the tip or front: q falls from 1 to 0 between them */
+    double thickness;     /* [m] 3D: length of the front; J is the mean over it */
+} pd_crack_desc;
+
+#define pd_crack_j PD_NAME(pd_crack_j)
+#define pd_crack_tip PD_NAME(pd_crack_tip)
+
+/* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
+ * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
+ * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel
+ * to the crack. PD_RETRY: u is no state of the material. */
+PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j);
+/* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as
+ * far, into tip [PD_DIM] [m]. A point beside a straight crack has lost the share of the ball of its family that lies
+ * beyond the crack, and half of that where the crack ends. PD_ERR_ARGUMENT: a share or a direction out of range.
+ * PD_RETRY: no point has lost so many, and tip is as it was. */
+PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
+
+#endif
+
 /* ======== >>solid/microelastic.h ======== */
 /* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
  *
@@ -4049,12 +4146,14 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
 
 #define pd_microelastic_build PD_NAME(pd_microelastic_build)
 #define pd_microelastic_force PD_NAME(pd_microelastic_force)
 #define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
+#define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
 /* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
@@ -4067,16 +4166,14 @@ PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *materia
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
+/* The material as solvers see it: displacements of any size, no bond breaks by itself. It has no stress. Under
+ * pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`: a bond has no
+ * length. */
+PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);
 PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Which bonds are broken and what they released, out of the object or back into it. */
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
-/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
- * its start and not at its end: its energy is that of the middle. */
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
-                                     double dt, double *force);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */
@@ -4086,10 +4183,11 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double den
 #endif
 
 /* ======== >>solid/verlet.h ======== */
-/* verlet: a body of springs in motion, by velocity Verlet.
+/* verlet: a body of any material in motion, by velocity Verlet.
  *
- * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
- * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
+ * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
+ * bonds that broke.
  */
 #ifndef PD_VERLET_H
 #define PD_VERLET_H
@@ -4103,7 +4201,7 @@ typedef struct pd_verlet_desc {
 
 typedef struct pd_verlet {
     pd_verlet_desc desc;
-    pd_microelastic *material;
+    pd_solid solid;
     double *u;        /* [count][PD_DIM] [m] displacements */
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
@@ -4118,11 +4216,12 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
- * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
+ * PD_ERR_ARGUMENT: a density or a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
                                  pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+ * the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
@@ -24848,20 +24947,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
-typedef struct pdi_equilibrium {
-    pd_ctx *ctx;
-    const pd_solid *solid;
-    const pd_equilibrium_desc *desc;
-    const double *load;
-    int64_t n;     /* components of all points */
-    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
-    double *rest;  /* [n] [N] */
-    double *step;  /* [n] [m] */
-    double *trial; /* [n] [m] of materials that are not linear */
-    pd_krylov krylov;
-} pdi_equilibrium;
-
-static void pdi_equilibrium_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
@@ -24869,8 +24955,6 @@ static void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
 }
-
-static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
 
 /* y = -V df of what is free, along x. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
@@ -24881,12 +24965,12 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* What is not in balance at u, into rest [N]. Returns its norm. */
-static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
 {
     const double *volume = q->solid->body->volume;
     double sum = 0.0;
-    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
+    if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
         double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
         q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
@@ -24896,7 +24980,7 @@ static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
     return PD_OK;
 }
 
-static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
+PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
@@ -24908,8 +24992,7 @@ static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         }
 }
 
-/* Inverse blocks. Components that are held are left out. */
-static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 {
     int32_t count = q->solid->body->count;
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
@@ -25058,14 +25141,28 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     return norm > target ? PD_RETRY : PD_OK;
 }
 
-/* Memory, and what can be refused. */
-static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
-    pd_krylov_desc kd;
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
     if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status == PD_RETRY)
+        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+                        "state of the %s material: take shorter steps", q->solid->name);
+    if (status < 0) return status;
+    q->size = pdi_equilibrium_size(q, u);
+    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    return pdi_equilibrium_rest(q, u, norm);
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    pd_krylov_desc kd;
+    pd_status status;
+    PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
@@ -25073,21 +25170,7 @@ static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
     kd.zero_guess = 1;
     kd.rtol = 1e-15;
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    return pdi_krylov_build(q->ctx, &kd, &q->krylov);
-}
-
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
-{
-    double norm, size, target;
-    PDI_TRY(pdi_equilibrium_prepare(q, u));
-    pd_status status = pdi_equilibrium_rest(q, u, &norm);
-    if (status == PD_RETRY)
-        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
-                        "state of the %s material: take shorter steps", q->solid->name);
-    if (status < 0) return status;
-    size = pdi_equilibrium_size(q, u);
-    PDI_TRY(pdi_equilibrium_rest(q, u, &norm));
-    target = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
     if (q->solid->linear) {
         pdi_equilibrium_blocks(q);
         status = pdi_equilibrium_linear(q, target, result);
@@ -25100,7 +25183,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
                         "their moments");
-    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
 
@@ -25483,6 +25566,388 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
 #undef PDI_QUASI_STATIC_HALVINGS
+
+/* ======== >>solid/relaxation.c ======== */
+/* relaxation: see relaxation.h */
+#include <math.h>
+#include <string.h>
+
+/* Mass over the block of a point as it begins. The quotient of stiffness and mass of springs is at most 2 over it, and
+ * that of a stable step 4 (theory: eq. 8.12). */
+#define PDI_RELAXATION_MASS 0.6
+/* The quotient beyond which a step is not safe, and by how much more the mass grows than that asks for. */
+#define PDI_RELAXATION_SAFE 3.8
+#define PDI_RELAXATION_MORE 1.2
+/* By how much the mass grows when displacements are no state of the material, and how often it may. */
+#define PDI_RELAXATION_HEAVIER 4.0
+#define PDI_RELAXATION_TIMES 60
+/* Most damping of a step of length 1: at 2 nothing would be left of the velocities. */
+#define PDI_RELAXATION_DAMPING 1.9
+#define PDI_RELAXATION_STEPS 100000
+/* A displacement over the horizon that counts as one of a body that moves without end. */
+#define PDI_RELAXATION_FAR 1e6
+
+/* The fictitious motion. */
+typedef struct pdi_relaxation {
+    pdi_equilibrium rest;
+    double mass;      /* [-] over the blocks */
+    double damping;   /* [-] */
+    double *momentum; /* [n] [N] */
+} pdi_relaxation;
+
+static void pdi_relaxation_list(pdi_owner *owner, void *object)
+{
+    pdi_relaxation *relaxation = (pdi_relaxation *)object;
+    PDI_ARRAY(owner, relaxation, momentum, relaxation->rest.n, "N");
+}
+
+/* From rest at u, with more mass. */
+static pd_status pdi_relaxation_start(pdi_relaxation *r, const double *u, double *norm)
+{
+    pd_status status = pdi_equilibrium_rest(&r->rest, u, norm);
+    if (status != PD_OK) return status;
+    pdi_equilibrium_blocks(&r->rest);
+    pdi_par_zero(r->rest.ctx, r->rest.n, r->momentum);
+    r->damping = 0.0;
+    return PD_OK;
+}
+
+/* A step of length 1 (theory: eq. 8.12). *quotient: of stiffness and mass, along the step. */
+static pd_status pdi_relaxation_step(pdi_relaxation *r, double *u, double *norm, double *quotient)
+{
+    pdi_equilibrium *q = &r->rest;
+    double keep = (2.0 - r->damping) / (2.0 + r->damping), push = 2.0 / (2.0 + r->damping);
+    for (int64_t k = 0; k < q->n; k++) r->momentum[k] = keep * r->momentum[k] + push * q->rest[k];
+    pdi_equilibrium_precondition(q, r->momentum, q->step);
+    for (int64_t k = 0; k < q->n; k++) q->step[k] /= r->mass;
+    double before = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    pdi_par_axpy(q->ctx, q->n, 1.0, q->step, u);
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status != PD_OK) return status;
+    double inertia = pdi_par_dot(q->ctx, q->n, r->momentum, q->step);
+    double after = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    *quotient = inertia > 0.0 ? (before - after) / inertia : 0.0;
+    return PD_OK;
+}
+
+static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target, double norm,
+                                    pd_equilibrium_result *result)
+{
+    pdi_equilibrium *q = &r->rest;
+    int most = q->desc->max_iterations > 0 ? q->desc->max_iterations : PDI_RELAXATION_STEPS;
+    pd_status status = pdi_relaxation_start(r, u, &norm);
+    while (status == PD_OK && norm > target) {
+        double quotient = 0.0;
+        if (result->iterations == most) return PD_NOT_CONVERGED;
+        result->iterations++;
+        status = pdi_relaxation_step(r, u, &norm, &quotient);
+        if (status < 0) return status;
+        result->residual = norm;
+        if (status == PD_OK && quotient <= PDI_RELAXATION_SAFE) {
+            if (quotient > 0.0) r->damping = fmin(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
+            if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_RELAXATION_FAR * q->solid->body->horizon))
+                return PD_ERR_DIVERGED;
+            continue;
+        }
+        if (++result->steps > PDI_RELAXATION_TIMES) return PD_RETRY;
+        pdi_par_axpy(q->ctx, q->n, -1.0, q->step, u);
+        r->mass *= status == PD_OK ? PDI_RELAXATION_MORE * quotient / PDI_RELAXATION_SAFE : PDI_RELAXATION_HEAVIER;
+        status = pdi_relaxation_start(r, u, &norm);
+    }
+    result->residual = norm;
+    return status;
+}
+
+static pd_status pdi_relaxation_solve(pdi_relaxation *r, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    PDI_TRY(pdi_equilibrium_begin(&r->rest, u, &norm, &target));
+    PDI_TRY(pdi_owner_build(r->rest.ctx, pdi_relaxation_list, r));
+    pd_status status = pdi_relaxation_run(r, u, target, norm, result);
+    result->residual = r->rest.size > 0.0 ? result->residual / r->rest.size : 0.0;
+    if (status != PD_ERR_DIVERGED) return status;
+    return pdi_fail(r->rest.ctx, status, "relaxation", "the body moves without end after %d steps: its loads turn it, "
+                    "or it has no stiffness against them", result->iterations);
+}
+
+pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
+                              double *u, pd_equilibrium_result *result)
+{
+    pdi_relaxation r;
+    memset(&r, 0, sizeof r);
+    memset(result, 0, sizeof *result);
+    r.rest.ctx = ctx;
+    r.rest.solid = solid;
+    r.rest.desc = desc;
+    r.rest.load = load;
+    r.rest.n = (int64_t)solid->body->count * PD_DIM;
+    r.mass = PDI_RELAXATION_MASS;
+    pd_status status = pdi_relaxation_solve(&r, u, result);
+    pdi_owner_free(ctx, pdi_relaxation_list, &r);
+    pdi_owner_free(ctx, pdi_equilibrium_list, &r.rest);
+    return status;
+}
+
+#undef PDI_RELAXATION_MASS
+#undef PDI_RELAXATION_SAFE
+#undef PDI_RELAXATION_MORE
+#undef PDI_RELAXATION_HEAVIER
+#undef PDI_RELAXATION_TIMES
+#undef PDI_RELAXATION_DAMPING
+#undef PDI_RELAXATION_STEPS
+#undef PDI_RELAXATION_FAR
+
+/* ======== >>solid/crack.c ======== */
+/* crack: see crack.h */
+#include <math.h>
+#include <string.h>
+
+/* Share of the bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which
+ * for points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
+#define PDI_CRACK_SHARE 0.15
+/* Points that are as far as the farthest one, over the horizon. */
+#define PDI_CRACK_ROUNDING 1e-9
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_CRACK_FLAT 1e-6
+/* Sum of the slopes of q along the crack, over the sum of their sizes, that surfaces across the crack would leave. */
+#define PDI_CRACK_OPEN 0.05
+
+enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
+
+/* Fields of the points about a tip. */
+typedef struct pdi_crack {
+    const pd_solid *solid;
+    pd_crack_desc desc; /* way and front of length 1 */
+    int64_t count;
+    double *q;        /* [count] [-] */
+    double *slope;    /* [count][PD_DIM] [1/m] of q */
+    double *gradient; /* [count][PD_DIM^2] [-] of u, by correspondence */
+    double *force;    /* [count][PD_DIM] [N/m3] */
+    double *stress;   /* [count][PD_DIM^2] [Pa] of materials without bonds that pull */
+    double *density;  /* [count] [J/m3] */
+} pdi_crack;
+
+static void pdi_crack_list(pdi_owner *owner, void *object)
+{
+    pdi_crack *crack = (pdi_crack *)object;
+    PDI_ARRAY(owner, crack, q, crack->count, "1");
+    PDI_ARRAY(owner, crack, slope, crack->count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
+    PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
+    PDI_ARRAY(owner, crack, density, crack->count, "J/m3");
+}
+
+/* Scale to length 1. 0: it has none. */
+static int pdi_crack_unit(double *x)
+{
+    double length = pdi_vec_norm(x);
+    if (!(length > 0.0) || !(length < 1e100)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] /= length;
+    return 1;
+}
+
+static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
+{
+    pd_crack_desc *desc = &c->desc;
+    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_unit(desc->way);
+    for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->tip[d]) < 1e100;
+    if (PD_DIM == 3)
+        good = good && pdi_crack_unit(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
+               desc->thickness > 0.0 && desc->thickness < 1e100;
+    if (!good)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
+                        "an outer radius beyond the inner one", desc->inner, desc->outer,
+                        PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
+    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !(c->solid->linear || c->solid->density))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "neither the bonds of the %s material nor its stress and energy "
+                        "density are known", c->solid->name);
+    return PD_OK;
+}
+
+/* q and its slope: q falls from 1 to 0 by a polynomial with two derivatives at both ends. */
+static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
+{
+    const double *x = c->solid->body->position + i * PD_DIM;
+    double from[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - c->desc.tip[d];
+    double along = PD_DIM == 3 ? pdi_vec_dot(from, c->desc.front) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) from[d] -= along * c->desc.front[d];
+    double r = pdi_vec_norm(from), wide = c->desc.outer - c->desc.inner, s = (r - c->desc.inner) / wide;
+    c->q[i] = s <= 0.0 ? 1.0 : s >= 1.0 ? 0.0 : 1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s));
+    double fall = s <= 0.0 || s >= 1.0 ? 0.0 : -30.0 * s * s * (1.0 - s) * (1.0 - s) / wide;
+    for (int d = 0; d < PD_DIM; d++) c->slope[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
+}
+
+/* Whether q changes over the family of point i, so that its gradient counts. */
+static int pdi_crack_near(const pdi_crack *c, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double other = c->q[body->column[b]];
+        if (other < c->q[i] || other > c->q[i]) return 1;
+    }
+    return 0;
+}
+
+/* Gradient of u at point i (theory: eq. 8.1). 0: the bonds do not span all directions, and it stays zero. */
+static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
+    double over = 1.0 / (body->horizon * body->horizon);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int64_t j = body->column[b];
+        double xi[PD_DIM];
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, pdi_vec_norm(xi));
+        for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+            int row = p / PD_DIM, column = p % PD_DIM;
+            k[p] += weight * xi[row] * xi[column];
+            sum[p] += weight * (u[j * PD_DIM + row] - u[(int64_t)i * PD_DIM + row]) * xi[column];
+        }
+    }
+    if (!(pdi_vec_invert(k, inverse) > PDI_CRACK_FLAT)) return 0;
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+        double h = 0.0;
+        for (int d = 0; d < PD_DIM; d++) h += sum[p / PD_DIM * PD_DIM + d] * inverse[d * PD_DIM + p % PD_DIM];
+        c->gradient[(int64_t)i * PDI_CRACK_TENSOR + p] = h;
+    }
+    return 1;
+}
+
+static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const double *u)
+{
+    const pd_body *body = c->solid->body;
+    double slope = 0.0, size = 0.0;
+    for (int64_t i = 0; i < body->count; i++) {
+        double along = pdi_vec_dot(c->slope + i * PD_DIM, c->desc.way);
+        slope += body->volume[i] * along;
+        size += body->volume[i] * fabs(along);
+    }
+    if (!(size > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
+                        "about the tip", c->desc.inner, c->desc.outer);
+    if (fabs(slope) > PDI_CRACK_OPEN * size)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
+                        "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
+    for (int32_t i = 0; i < body->count; i++) {
+        int near = pdi_crack_near(c, i);
+        if ((near || c->q[i] > 0.0) && !pdi_crack_gradient(c, u, i) && near && pdi_body_intact(body, i))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
+                            "give no gradient", (int)i);
+    }
+    return PD_OK;
+}
+
+/* The derivative of u along the crack at point i. */
+static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
+{
+    for (int a = 0; a < PD_DIM; a++)
+        along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
+}
+
+/* What point i gives to J by its stress [J/m] (theory: eq. 8.10). */
+static double pdi_crack_local(const pdi_crack *c, int64_t i)
+{
+    const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
+    double along[PD_DIM], sum = 0.0, density = c->density[i];
+    pdi_crack_along(c, i, along);
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
+    for (int p = 0; p < PDI_CRACK_TENSOR && !c->solid->density; p++)
+        density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
+    return sum - density * pdi_vec_dot(slope, c->desc.way);
+}
+
+/* The same by its bonds (theory: eq. 8.11). */
+static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
+        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, b, pull);
+        pdi_crack_along(c, j, along);
+        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    }
+    return sum;
+}
+
+static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, double *j)
+{
+    const pd_solid *solid = c->solid;
+    pdi_sum all = {0.0, 0.0};
+    PDI_TRY(pdi_crack_check(ctx, c));
+    PDI_TRY(pdi_owner_build(ctx, pdi_crack_list, c));
+    for (int64_t i = 0; i < c->count; i++) pdi_crack_weigh(c, i);
+    PDI_TRY(pdi_crack_gradients(ctx, c, u));
+    pd_status status = solid->force(ctx, solid->self, u, c->force);
+    if (status != PD_OK) return status;
+    if (solid->density) solid->density(ctx, solid->self, u, c->density);
+    if (!solid->pull) solid->stress(ctx, solid->self, u, c->stress);
+    for (int32_t i = 0; i < c->count; i++) {
+        double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
+        pdi_crack_along(c, i, along);
+        share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
+        pdi_sum_add(&all, solid->body->volume[i] * share);
+    }
+    *j = pdi_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);
+    return PD_OK;
+}
+
+pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j)
+{
+    pdi_crack c;
+    memset(&c, 0, sizeof c);
+    c.solid = solid;
+    c.desc = *desc;
+    c.count = solid->body->count;
+    pd_status status = pdi_crack_run(ctx, &c, u, j);
+    pdi_owner_free(ctx, pdi_crack_list, &c);
+    return status;
+}
+
+/* ---- tip ---- */
+
+/* Whether point i has lost at least a share of its bonds. */
+static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
+{
+    double all = (double)(body->row[i + 1] - body->row[i]);
+    return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
+}
+
+pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+{
+    double unit[PD_DIM], sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
+    int32_t found = 0;
+    memcpy(unit, way, sizeof unit);
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+                        "1, and a direction", share);
+    if (!(share > 0.0)) share = PDI_CRACK_SHARE;
+    for (int32_t i = 0; i < body->count; i++)
+        if (pdi_crack_lost(body, i, share))
+            farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
+    for (int32_t i = 0; i < body->count; i++) {
+        const double *x = body->position + (int64_t)i * PD_DIM;
+        if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
+        if (!pdi_crack_lost(body, i, share)) continue;
+        for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
+        found++;
+    }
+    if (!found) return PD_RETRY;
+    for (int d = 0; d < PD_DIM; d++) tip[d] = sum[d] / found;
+    return PD_OK;
+}
+
+#undef PDI_CRACK_SHARE
+#undef PDI_CRACK_ROUNDING
+#undef PDI_CRACK_FLAT
+#undef PDI_CRACK_OPEN
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -25502,6 +25967,9 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 
 /* Directions along which cracks are looked at, for the anisotropy. */
 #define PDI_MICROELASTIC_WAYS 64
+
+/* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
+#define PDI_MICROELASTIC_ACROSS 1e-3
 
 /* Sums over the family of a point of an infinite lattice. */
 typedef struct pdi_microelastic_sums {
@@ -25586,6 +26054,7 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+    PDI_ARRAY(owner, microelastic, at, microelastic->body ? (int64_t)microelastic->body->count * PD_DIM : 0, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
@@ -25665,13 +26134,6 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
     pdi_microelastic_calibrate(m);
     return pdi_microelastic_weigh(ctx, m);
-}
-
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -25794,9 +26256,126 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
-                                     double *force)
+/* Energy density of point i at displacements u [J/m3]. */
+static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
+    const pd_body *body = m->body;
+    double sum = 0.0, y[PD_DIM], r, length;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        sum += weight * s * s * r;
+    }
+    return 0.25 * m->modulus * sum;
+}
+
+double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+{
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < m->body->count; i++)
+        pdi_sum_add(&all, m->body->volume[i] * pdi_microelastic_density(m, u, i));
+    return pdi_sum_total(&all);
+}
+
+/* ---- what solvers see ---- */
+
+static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    int64_t n = (int64_t)m->body->count * PD_DIM;
+    pd_microelastic_force(ctx, m, u, 0, force);
+    pdi_par_copy(ctx, n, u, m->at);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+ * broken. */
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+                                  double *along, double *across)
+{
+    double r, length, weight = m->modulus * (double)m->weight[b];
+    if (!(weight > 0.0)) return 0;
+    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) n[d] /= length;
+    *along = weight / r;
+    *across = weight * s / length;
+    return 1;
+}
+
+static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
+            double volume = body->volume[body->column[b]], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* Bonds under pressure give nothing across. */
+static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double volume = body->volume[i] * body->volume[body->column[b]];
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
+            for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));
+            }
+        }
+    }
+}
+
+static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
+}
+
+static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_density(m, u, i);
+}
+
+/* Half of what the bond puts on point i. */
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double r, length, weight = (double)m->weight[b];
+    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
+}
+
+/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                           double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
     pdi_microelastic_sweep sweep;
     sweep.u = u;
     sweep.v = v;
@@ -25806,25 +26385,46 @@ PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, cons
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    const pd_body *body = m->body;
-    pdi_sum all = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t i = 0; i < body->count; i++) {
-        double sum = 0.0, y[PD_DIM], r, length;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double weight = (double)m->weight[b] * body->volume[body->column[b]];
-            if (!(weight > 0.0)) continue;
-            double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
-            sum += weight * s * s * r;
-        }
-        pdi_sum_add(&all, 0.25 * m->modulus * body->volume[i] * sum);
-    }
-    return pdi_sum_total(&all);
+    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
+}
+
+static double pdi_microelastic_solid_limit(const void *self, double density)
+{
+    return pdi_microelastic_limit((const pd_microelastic *)self, density);
+}
+
+static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
+}
+
+pd_solid pd_microelastic_solid(pd_microelastic *m)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "microelastic";
+    solid.self = m;
+    solid.body = m->body;
+    solid.force = pdi_microelastic_solid_force;
+    solid.tangent = pdi_microelastic_solid_tangent;
+    solid.blocks = pdi_microelastic_solid_blocks;
+    solid.energy = pdi_microelastic_solid_energy;
+    solid.density = pdi_microelastic_solid_density;
+    solid.pull = pdi_microelastic_solid_pull;
+    solid.move = pdi_microelastic_solid_move;
+    solid.update = pdi_microelastic_solid_update;
+    solid.limit = pdi_microelastic_solid_limit;
+    solid.store = pdi_microelastic_solid_store;
+    return solid;
 }
 
 #undef PDI_MICROELASTIC_WAYS
+#undef PDI_MICROELASTIC_ACROSS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -25851,7 +26451,7 @@ double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
 {
     pd_verlet *verlet = (pd_verlet *)object;
-    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    int64_t count = verlet->solid.body ? (int64_t)verlet->solid.body->count * PD_DIM : 0;
     PDI_STATE(owner, verlet, u, count, "m");
     PDI_STATE(owner, verlet, v, count, "m/s");
     PDI_STATE(owner, verlet, force, count, "N/m3");
@@ -25861,7 +26461,7 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, verlet, broken, "1");
 }
 
-pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
@@ -25870,8 +26470,8 @@ pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verle
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
                         desc->density, desc->share);
     d->desc = *desc;
-    d->material = material;
-    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    d->solid = *solid;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * solid->limit(solid->self, desc->density);
     pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
     if (status < 0) pd_verlet_free(ctx, d);
     return status;
@@ -25885,7 +26485,7 @@ void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
 
 double pd_verlet_kinetic(const pd_verlet *d)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     pdi_sum all = {0.0, 0.0};
     for (int32_t i = 0; i < body->count; i++) {
         double square = 0.0;
@@ -25898,7 +26498,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
 /* Half a step of the velocities, by the present forces. */
 static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 {
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     int nt = pdi_par_threads(ctx, n * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -25911,7 +26511,7 @@ static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 /* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
 static double pdi_verlet_work(const pd_verlet *d, double dt)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     int64_t n = (int64_t)body->count * PD_DIM;
     pdi_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
@@ -25931,34 +26531,49 @@ static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Forces at u, after a step of dt or before the first one (v NULL). */
+static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
+{
+    const pd_solid *solid = &d->solid;
+    if (solid->move) {
+        d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
+        return PD_OK;
+    }
+    pd_status status = solid->force(ctx, solid->self, d->u, d->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
+                    solid->name);
+}
+
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
-    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
+    if (d->steps == 0) PDI_TRY(pdi_verlet_force(ctx, d, NULL, 0.0));
     pdi_verlet_kick(ctx, d, s->dt);
     d->work += pdi_verlet_work(d, s->dt);
     for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
-    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    PDI_TRY(pdi_verlet_force(ctx, d, d->v, s->dt));
     d->work += pdi_verlet_work(d, s->dt);
     pdi_verlet_kick(ctx, d, s->dt);
     d->steps++;
     double most = pdi_par_max_abs(ctx, n, d->u);
-    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    if (most < PDI_VERLET_FAR * d->solid.body->horizon) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
 static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    ((pd_verlet *)self)->time = s->end;
-    return PD_OK;
+    pd_verlet *d = (pd_verlet *)self;
+    d->time = s->end;
+    return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
+    const pd_solid *solid = &((pd_verlet *)self)->solid;
+    if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 

@@ -13,6 +13,7 @@
 #include "io/mesh.h"
 #include "io/png.h"
 #include "run/coarser.h"
+#include "solid/microelastic.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
@@ -409,7 +410,8 @@ BUILD(verlet, pd_verlet)
     pd_verlet_desc d;
     memset(&d, 0, sizeof d);
     d.density = l->wrong ? -1.0 : 1.0;
-    return pd_verlet_build(ctx, &l->springs, &d, o);
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_verlet_build(ctx, &solid, &d, o);
 }
 
 BUILD(sweep, pd_sweep)
