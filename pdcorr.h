@@ -7007,10 +7007,11 @@ typedef struct pd_grips {
 #ifdef PDI_INTERNAL
 /* Find what the grips of the setup hold, and say so in structure->held. PD_ERR_GEOMETRY: a grip that touches no metal.
  * All is borrowed. */
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
 /* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
- * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts on the metal that the side had at the start: the load stays as metal goes.
- * PD_ERR_STATE: a value is not finite, or no metal is left to bear a traction. */
+ * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts
+ * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
+ * too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
 /* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body, in the last balance. */
 PDI_FN void pdi_grip_reaction(const pd_grips *grips, int k, double *force);
@@ -25802,7 +25803,7 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
         double xi[PD_DIM];
         if (body->broken[b]) continue;
         pdi_body_bond(body, i, b, xi);
-        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, pdi_vec_norm(xi));
+        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
             k[p] += weight * xi[row] * xi[column];
@@ -38357,7 +38358,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"constants", NULL}, /* any name */
     {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, stl, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, scale, shift, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+              "point, normal, corner, cell, size, scale, shift, outside, "
+              "kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width, ux, uy, uz"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
@@ -41634,7 +41636,7 @@ static int pdi_grip_depth(const pd_grips *g, int side)
     return reach < quarter ? reach : quarter > 1 ? quarter : 1;
 }
 
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
 {
     const pd_setup_body *b = &setup->metal_body;
     memset(g, 0, sizeof *g);
@@ -42539,7 +42541,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.factor = m->factor;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
-    return pdi_grip_build(ctx, m->setup, &m->structure, &m->grips);
+    return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)

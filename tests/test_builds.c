@@ -414,6 +414,32 @@ BUILD(verlet, pd_verlet)
     return pd_verlet_build(ctx, &solid, &d, o);
 }
 
+static pd_status no_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
+{
+    (void)ctx, (void)user, (void)t, (void)u, (void)load;
+    return PD_OK;
+}
+
+BUILD(quasi_static, pd_quasi_static)
+{
+    pd_quasi_static_desc d;
+    memset(&d, 0, sizeof d);
+    d.load = no_load;
+    d.stretch = l->wrong ? -1.0 : 0.0;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_quasi_static_build(ctx, &solid, &d, o);
+}
+
+BUILD(structure, pd_structure)
+{
+    pd_structure_desc d;
+    memset(&d, 0, sizeof d);
+    d.m = 2.0;
+    d.elastic.young = l->wrong ? 0.0 : 1.0;
+    d.load = no_load;
+    return pd_structure_build(ctx, &l->pin.grid, &d, o);
+}
+
 BUILD(sweep, pd_sweep)
 {
     static const char *axes[] = {"until=1 s, 2 s"}, *wrong[] = {"until="};
@@ -471,7 +497,7 @@ static const entry builds[] = {
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(microelastic, pd_microelastic, 1, 1)
-    ROW(verlet, pd_verlet, 1, 1)
+    ROW(verlet, pd_verlet, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)

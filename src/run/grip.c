@@ -34,7 +34,7 @@ static int pdi_grip_depth(const pd_grips *g, int side)
     return reach < quarter ? reach : quarter > 1 ? quarter : 1;
 }
 
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
 {
     const pd_setup_body *b = &setup->metal_body;
     memset(g, 0, sizeof *g);

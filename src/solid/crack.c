@@ -105,7 +105,7 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
         double xi[PD_DIM];
         if (body->broken[b]) continue;
         pdi_body_bond(body, i, b, xi);
-        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, pdi_vec_norm(xi));
+        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
             k[p] += weight * xi[row] * xi[column];
