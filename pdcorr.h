@@ -23504,7 +23504,7 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("Og")
 #endif
 
 /* ======== >>solid/rim.c ======== */
@@ -24228,6 +24228,17 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #undef PDI_CUT_ROUNDING
 #undef PDI_CUT_DIGITS
 #undef PDI_CUT_FLAT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>solid/plastic.c ======== */
 /* plastic: see plastic.h */
@@ -25209,6 +25220,17 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_BEYOND
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>solid/quasi_static.c ======== */
 /* quasi_static: see quasi_static.h */
@@ -29772,12 +29794,6 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.c ======== */
 /* structure: see structure.h */
@@ -30039,6 +30055,9 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 }
 
 #undef PDI_STRUCTURE_CHANGE
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
