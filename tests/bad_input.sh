@@ -58,7 +58,7 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total, measured: \
+transport, dissolve, corrode, solid, table, run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
