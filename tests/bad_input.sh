@@ -115,7 +115,7 @@ spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
     "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall, \
-medium or passive"
+medium, passive or grip"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \
