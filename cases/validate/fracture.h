@@ -77,17 +77,20 @@ static pd_status crack_plate(val_job *job, double angle, int springs, double fur
     return solid_rest(job->ctx, s);
 }
 
-/* What a cut through `columns` more columns of bonds sets free, and J between, over K^2/E'. */
-static pd_status crack_release(val_job *job, double angle, int springs, double columns, double *g, double *j)
+/* What a cut through `columns` more columns of bonds sets free, and the mean of J before and after, over K^2/E'; the
+ * larger difference of contours. */
+static pd_status crack_release(val_job *job, double angle, int springs, double columns, double *g, double *j,
+                               double *spread)
 {
     const val_solid *s = &job->lab->solid;
-    double energy[2], one, spread;
+    double energy[2], one, differ;
     pd_crack_desc crack;
-    *j = 0.0;
+    *j = *spread = 0.0;
     for (int n = 0; n < 2; n++) {
         PDI_TRY(crack_plate(job, angle, springs, (n - 0.5) * columns, &crack));
         energy[n] = s->table.energy(job->ctx, s->table.self, s->u);
-        PDI_TRY(crack_contours(job, &crack, 4, 1.0, &one, &spread));
+        PDI_TRY(crack_contours(job, &crack, 4, 1.0, &one, &differ));
+        *spread = fmax(*spread, differ);
         *j += 0.5 * one / 1e-6;
     }
     *g = (energy[0] - energy[1]) / (columns * job->out->h) / 1e-6;
@@ -98,13 +101,10 @@ static pd_status crack_release(val_job *job, double angle, int springs, double c
 static pd_status crack_run(val_job *job)
 {
     double *err = job->out->err, spread, j, g;
-    pd_crack_desc crack;
     for (int springs = 0; springs < 2; springs++) {
-        PDI_TRY(crack_plate(job, 0.0, springs, 0.0, &crack));
-        PDI_TRY(crack_contours(job, &crack, 4, 1.0, &j, &spread));
-        err[springs] = fabs(j / 1e-6 - 1.0);
+        PDI_TRY(crack_release(job, 0.0, springs, 1.0, &g, &j, &spread));
+        err[springs] = fabs(j - 1.0);
         err[2] = fmax(err[2], spread);
-        PDI_TRY(crack_release(job, 0.0, springs, 1.0, &g, &j));
         err[3] = fmax(err[3], fabs(g - 1.0));
         err[4] = fmax(err[4], fabs(g / j - 1.0));
     }
@@ -122,7 +122,7 @@ static pd_status crack_way_run(val_job *job)
         PDI_TRY(crack_contours(job, &crack, 4, 1.0, &j, &spread));
         err[springs] = fabs(j / 1e-6 - 1.0);
         err[2] = fmax(err[2], spread);
-        PDI_TRY(crack_release(job, angle, springs, columns, &g, &j));
+        PDI_TRY(crack_release(job, angle, springs, columns, &g, &j, &spread));
         err[3 + springs] = fabs(g - 1.0);
     }
     return PD_OK;
@@ -139,7 +139,7 @@ static const val_part crack_ways = {
     "ways", "in directions of the lattice, 24 cells from tip to rim", "degrees", VAL_BY_P, "degrees", 0.0,
     {{"err_elastic", "J, small strains"}, {"err_springs", "J, springs"}, {"spread", "contours differ"},
      {"release_elastic", "energy of a cut"}, {"release_springs", "the same of springs"}}, 5,
-    {{0, 5e-2, 0.0, 0, VAL_GOAL}, {1, 5e-2, 0.0, 0, VAL_GOAL}, {2, 2e-3, 0.0, 0, VAL_GOAL},
+    {{0, 3e-2, 0.0, 0, VAL_GOAL}, {1, 3e-2, 0.0, 0, VAL_GOAL}, {2, 1e-3, 0.0, 0, VAL_GOAL},
      {3, 5e-2, 0.0, 0, VAL_GOAL}, {4, 5e-2, 0.0, 0, VAL_GOAL}}, 5,
     {{24, 2.0, 0.0}, {24, 2.0, 15.0}, {24, 2.0, 30.0}, {24, 2.0, 45.0}}, 4, 2, crack_way_run, NULL};
 static const val_part *const crack_parts[] = {&crack_order, &crack_ways};
@@ -147,8 +147,9 @@ static const val_part *const crack_parts[] = {&crack_order, &crack_ways};
 static const val_case crack_case = {
     "crack", "Energy release of a crack",
     "A crack in mode I ends in the middle of a plate in plane stress, whose rim has the displacements of the closed "
-    "form. J over four contours, and the energy that a cut through one more column of bonds sets free (through four "
-    "cells or so in directions of the lattice), against K^2/E'; for small strains and for springs.",
+    "form. J over four contours, along a row the mean of before and after the cut, and the energy that a cut through "
+    "one more column of bonds sets free (in directions of the lattice through four cells, at 45 degrees through three "
+    "diagonals), against K^2/E'; for small strains and for springs.",
     "A J that depends on its contour or on the direction of the lattice, bonds across the crack that count half, an "
     "energy that is not the one that forces follow from.",
     "Williams 1957, Irwin: J = G = K^2/E'",

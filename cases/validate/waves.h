@@ -150,8 +150,9 @@ static pd_status bar_wave_run(val_job *job)
 #define BAR_WAVE_MEASURES \
     {{"err_elastic", "small strains"}, {"err_springs", "springs"}, {"energy_elastic", "energy"}, \
      {"energy_springs", "energy of springs"}}, 4
-#define BAR_WAVE_GOALS(from) {{0, 1e-2, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, from, VAL_GOAL}, \
-     {2, 1e-3, 0.0, from, VAL_GOAL}, {3, 1e-3, 0.0, from, VAL_GOAL}}, 4
+#define BAR_WAVE_GOALS(from) \
+    {{0, 1e-2, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, from, VAL_GOAL}, {2, 1e-3, 0.0, from, VAL_GOAL}, \
+     {3, 1e-3, 0.0, from, VAL_GOAL}, {1, 8e-2, 0.0, 0, VAL_GUARD}, {3, 2e-3, 0.0, 0, VAL_GUARD}}, 6
 
 #define BAR_WAVE_MISS \
     "All points of such a thin bar of springs lie within two horizons of a surface, where bonds are missing. Those " \
