@@ -5,8 +5,7 @@
 #include "case.h"
 
 #if PD_DIM == 2
-#define CUTS_TITLE \
-    "Whole cells (0), parts of cells (1), parts in their middle (2), and exact parts at the horizon (3); "
+#define CUTS_COLUMN "whole 0, part 1, middle 2, rim 3"
 
 /* ---- kirsch ---- */
 
@@ -97,7 +96,7 @@ static pd_status kirsch_run(val_job *job)
         if (r > 1.15 && r < 2.5)
             job->out->err[4] = fmax(job->out->err[4], fabs(kirsch_at(s, r, h) / kirsch_table[k][1] - 1.0));
     }
-    job->out->steps = s->iterations;
+    job->out->evals = s->iterations;
     return PD_OK;
 }
 
@@ -115,7 +114,7 @@ static const val_part kirsch_nearest = {
     {{4, 1e-2, 0.0, 24, VAL_GOAL}, {4, 0.0, 1.0, 0, VAL_GOAL_OF_ALL}, {4, 3e-2, 0.0, 0, VAL_GUARD}}, 3,
     {{6, 1.0, 2.0}, {12, 1.0, 2.0}, {24, 1.0, 2.0}}, 3, 2, kirsch_run, NULL};
 static const val_part kirsch_cuts = {
-    "cuts", CUTS_TITLE "12 cells", "cells", VAL_BY_P, "cells", 0.0,
+    "cuts", "kinds of cells at the surface, 12 to the radius", CUTS_COLUMN, VAL_BY_P, "kind", 0.0,
     KIRSCH_MEASURES, {{4, 1e-1, 0.0, 0, VAL_GUARD}}, 1,
     {{12, 2.0, 0.0}, {12, 2.0, 1.0}, {12, 2.0, 2.0}, {12, 2.0, 3.0}}, 4, 0, kirsch_run, NULL};
 static const val_part *const kirsch_parts[] = {&kirsch_middles, &kirsch_nearest, &kirsch_cuts};
@@ -124,7 +123,8 @@ static const val_case kirsch_case = {
     "kirsch", "A plate with a hole",
     "A plate in plane stress around a hole; where it ends, at three radii, it has the displacements of an infinite "
     "plate that is pulled. Displacements, and the stress along the ligament: in the cell next to the hole, in the "
-    "third cell, in all beyond the sixth, and at 1.2 to 2 radii.",
+    "third cell, in all beyond the sixth, and at 1.2 to 2 radii. Cells that the hole cuts count wholly (0), with their "
+    "part (1), and in its middle (2); 3: with exact parts of cells at the rim of horizons, too.",
     "A stress that is right in the bulk and wrong at a curved surface, a surface that lies a part of a cell off.",
     "Kirsch 1898: closed form (data: kirsch_profile)",
     kirsch_parts, 3};
@@ -153,7 +153,7 @@ static pd_status lame_rest(val_job *job, double yield, double pressure, int step
         if (s->table.commit) PDI_TRY(s->table.commit(job->ctx, s->table.self, s->u));
     }
     job->out->h = h;
-    job->out->steps = s->iterations;
+    job->out->evals = s->iterations;
     return PD_OK;
 }
 
@@ -215,7 +215,7 @@ static const val_part lame_one = {
     "1", "the same with the nearest neighbours, m = 1", "cells across", VAL_BY_N, NULL, 1.0, LAME_MEASURES, LAME_GOALS,
     {{8, 1.0, 2.0}, {16, 1.0, 2.0}, {32, 1.0, 2.0}}, 3, 2, lame_run, NULL};
 static const val_part lame_cuts = {
-    "cuts", CUTS_TITLE "16 cells", "cells", VAL_BY_P, "cells", 0.0,
+    "cuts", "kinds of cells at the surface, 16 across", CUTS_COLUMN, VAL_BY_P, "kind", 0.0,
     LAME_MEASURES, {{0, 1e-1, 0.0, 0, VAL_GUARD}}, 1,
     {{16, 2.0, 0.0}, {16, 2.0, 1.0}, {16, 2.0, 2.0}, {16, 2.0, 3.0}}, 4, 0, lame_run, NULL};
 static const val_part *const lame_parts[] = {&lame_two, &lame_one, &lame_cuts};
@@ -223,7 +223,8 @@ static const val_part *const lame_parts[] = {&lame_two, &lame_one, &lame_cuts};
 static const val_case lame_case = {
     "lame", "A thick tube under pressure",
     "A tube of radii 1 and 2 in plane strain with a Poisson's ratio of 0.3, which pressure widens and nothing holds: "
-    "displacements along the radius, over all and next to both surfaces, and the hoop stress.",
+    "displacements along the radius, over all and next to both surfaces, and the hoop stress. Kinds of cells are those "
+    "of kirsch.",
     "Pressure that acts a part of a cell off the bore, a wall that is too thin by the cells it cuts.",
     "Lame's closed form (data: lame_cylinder)",
     lame_parts, 3};

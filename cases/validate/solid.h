@@ -266,7 +266,7 @@ static pd_status cantilever_run(val_job *job)
     job->out->h = h;
     job->out->err[0] = fabs(cantilever_tip(s, length, h) / tip[1] - 1.0);
     job->out->err[1] = sqrt(off / size);
-    job->out->steps = s->iterations;
+    job->out->evals = s->iterations;
     return PD_OK;
 }
 
