@@ -6,6 +6,18 @@
 
 #define ELASTICITY_PI 3.14159265358979323846
 
+#if PD_DIM == 1
+/* Waves in a chain of springs of 2 E/horizon^2, the neighbours at the horizon counting half: phase velocity over
+ * sqrt(E/rho) at k times the cell, and the longest step by Silling and Askari over the time of a wave through a cell,
+ * with the horizon m (data: dispersion_1d). */
+static const double elasticity_waves[8] = {0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.1415926535897932};
+static const struct { int m; double phase[8], step; } elasticity_dispersion[4] = {
+    {2, {0.99895897, 0.99351447, 0.97435489, 0.90207228, 0.79631399, 0.67630573, 0.56288231, 0.45015816}, 1.2649111},
+    {3, {0.99791926, 0.98708034, 0.94952004, 0.81634321, 0.64804486, 0.49995632, 0.40161511, 0.32415092}, 1.6431677},
+    {4, {0.99646574, 0.97815245, 0.91599067, 0.71375896, 0.50912085, 0.38725256, 0.32292319, 0.25989893}, 2.0211646},
+    {6, {0.99232604, 0.95315323, 0.82788048, 0.51543935, 0.36022962, 0.28496816, 0.2303215, 0.18580704}, 2.7578314}};
+#endif
+
 /* Ring (2D) or shell (3D) of radii 1 and 2 under the pressure 1 inside: radial displacement at r (Timoshenko and
  * Goodier 1970, secs. 28 and 136). */
 static inline double elasticity_lame(double r, double nu, pd_plane plane)

@@ -1,6 +1,7 @@
 /* waves: cases of bodies in motion: dispersion of a chain, waves in bars. */
 #ifndef VAL_WAVES_H
 #define VAL_WAVES_H
+#include "../elasticity.h"
 #include "case.h"
 
 /* A body of cells of width 1 with E = 1 and density 1, of small strains or of springs. */
@@ -21,15 +22,6 @@ static pd_status wave_bar(val_job *job, const int *n, double m, int springs, dou
 
 #if PD_DIM == 1
 /* ---- dispersion ---- */
-
-/* Phase velocity over sqrt(E/rho) of springs of 2 E/horizon^2, the neighbours at the horizon counting half (data:
- * dispersion_1d). */
-static const double dispersion_k[8] = {0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.1415926535897932};
-static const struct { int m; double phase[8]; } dispersion_table[4] = {
-    {2, {0.99895897, 0.99351447, 0.97435489, 0.90207228, 0.79631399, 0.67630573, 0.56288231, 0.45015816}},
-    {3, {0.99791926, 0.98708034, 0.94952004, 0.81634321, 0.64804486, 0.49995632, 0.40161511, 0.32415092}},
-    {4, {0.99646574, 0.97815245, 0.91599067, 0.71375896, 0.50912085, 0.38725256, 0.32292319, 0.25989893}},
-    {6, {0.99232604, 0.95315323, 0.82788048, 0.51543935, 0.36022962, 0.28496816, 0.2303215, 0.18580704}}};
 
 /* rho w^2 = sum c V (1 - cos k p)/p over all p of both sides: springs all alike, or of E/r^2. */
 static double dispersion_square(int m, double k, int springs)
@@ -71,14 +63,14 @@ static pd_status dispersion_run(val_job *job)
     double *err = job->out->err, off, phase;
     for (int j = 0; j < 8; j++)
         for (int springs = 0; springs < 2; springs++) {
-            double k = dispersion_k[j];
+            double k = elasticity_waves[j];
             PDI_TRY(dispersion_wave(job, m, k, springs, &off, &phase));
             err[springs ? 2 : 3] = fmax(err[springs ? 2 : 3], off);
             double wanted = sqrt(dispersion_square(m, k, springs)) / k;
             err[0] = fmax(err[0], fabs(phase / wanted - 1.0));
             for (int r = 0; r < 4 && springs; r++)
-                if (dispersion_table[r].m == m)
-                    err[1] = fmax(err[1], fabs(phase / dispersion_table[r].phase[j] - 1.0));
+                if (elasticity_dispersion[r].m == m)
+                    err[1] = fmax(err[1], fabs(phase / elasticity_dispersion[r].phase[j] - 1.0));
         }
     job->out->h = 1.0;
     return PD_OK;
