@@ -24,6 +24,10 @@ typedef struct pd_solid {
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
+    /* Energy [J/m^(2d)] of bond b of point i, from both its ends, at the u of the last `force`: times V_i V_j it is an
+     * energy, and the sum of those over all pairs is `energy`. Both ends give the same bits. 0: the bond is broken.
+     * NULL: the material has none. */
+    double (*bond_energy)(const void *self, const double *u, int32_t i, int64_t b);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Bonds have broken, or points have lost stiffness. */

@@ -1,0 +1,691 @@
+/* ordinary: see ordinary.h */
+#include "solid/ordinary.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
+#define PDI_ORDINARY_FLAT 1e-6
+/* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
+#define PDI_ORDINARY_SQUARINGS 6
+#define PDI_ORDINARY_ROOT2 1.41421356237309504880
+
+/* Symmetric tensors are vectors: the diagonal, then what lies off it times the root of 2, so that A.B = A:B. A
+ * symmetric matrix between them is its lower triangle, row by row. */
+enum { PDI_ORDINARY_PACK = PDI_SYM * (PDI_SYM + 1) / 2 };
+
+/* Bond b of a point as it is now. */
+typedef struct pdi_ordinary_bond {
+    double weight;     /* [m^d] w V_j */
+    double r, length;  /* [m] as it began, and now; r where displacements are small */
+    double extension;  /* [m] length - r, with the digits of the displacements */
+    double xi[PD_DIM]; /* [m] */
+    double y[PD_DIM];  /* [-] direction of its force */
+    double dyad[PDI_SYM]; /* [m2] xi xi^T */
+} pdi_ordinary_bond;
+
+static inline void pdi_ordinary_dyad(const double *x, double *v)
+{
+    int k = PD_DIM;
+    for (int p = 0; p < PD_DIM; p++) {
+        v[p] = x[p] * x[p];
+        for (int q = 0; q < p; q++) v[k++] = PDI_ORDINARY_ROOT2 * x[p] * x[q];
+    }
+}
+
+static inline double pdi_ordinary_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < PDI_SYM; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+static inline double pdi_ordinary_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d];
+    return sum;
+}
+
+/* y = L x. */
+static inline void pdi_ordinary_times(const double *law, const double *x, double *y)
+{
+    for (int a = 0; a < PDI_SYM; a++) {
+        y[a] = *law++ * x[0];
+        for (int b = 1; b <= a; b++) y[a] += *law++ * x[b];
+        for (int b = 0; b < a; b++) y[b] += law[b - a - 1] * x[a];
+    }
+}
+
+/* How the bond xi + eta is: 0: it is broken. */
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+                                    pdi_ordinary_bond *bond)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    double square = 0.0, more = 0.0;
+    bond->weight = (double)o->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    bond->weight *= o->body->volume[o->body->column[b]];
+    pdi_body_bond(o->body, i, b, bond->xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eta = far[d] - own[d];
+        bond->y[d] = linear ? bond->xi[d] : bond->xi[d] + eta;
+        square += bond->xi[d] * bond->xi[d];
+        more += eta * (bond->xi[d] + bond->y[d]);
+    }
+    bond->r = sqrt(square);
+    bond->length = linear ? bond->r : sqrt(square + more);
+    bond->extension = more / (bond->r + bond->length);
+    for (int d = 0; d < PD_DIM; d++) bond->y[d] /= bond->length;
+    pdi_ordinary_dyad(bond->xi, bond->dyad);
+    return 1;
+}
+
+/* ---- constants of the lattice ---- */
+
+/* Sums over a whole family. */
+typedef struct pdi_ordinary_sums {
+    double size;   /* [m^(d+2)] sum w r^2 V */
+    double axis;   /* [m^(d+2)] sum w r^2 n_0^4 V */
+    double off;    /* [m^(d+2)] sum w r^2 n_0^2 n_1^2 V */
+    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
+    double least;  /* [-] least w of all bonds */
+} pdi_ordinary_sums;
+
+/* How much a bond counts by its direction: base + a q, with q = sum n_k^4 - 3/(d + 2). */
+static double pdi_ordinary_share(double base, double a, const double *xi, double square)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
+    return base + a * (sum - 3.0 / (PD_DIM + 2.0));
+}
+
+static void pdi_ordinary_sum(const pd_ordinary *o, double base, double a, pdi_ordinary_sums *s)
+{
+    const pd_body *body = o->body;
+    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
+    double volume = 1.0;
+    memset(s, 0, sizeof *s);
+    s->least = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
+    for (int k = 0; k < all; k++) {
+        double xi[PD_DIM], square = 0.0;
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+            xi[d] = (rest % wide - reach) * body->spacing;
+            square += xi[d] * xi[d];
+        }
+        double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
+        double weight = pdi_body_weight(body, o->desc.influence, r) * pdi_ordinary_share(base, a, xi, square);
+        s->least = fmin(s->least, weight);
+        weight = (double)(float)weight * volume; /* as bonds store it */
+        s->size += weight * square;
+        s->axis += weight * first * first / square;
+        s->off += weight * first * second / square;
+        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
+    }
+}
+
+/* Weights by direction that make a whole family the same for shear in all directions (theory: 8.2). */
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_ordinary_sums *whole)
+{
+    pdi_ordinary_sums plain, cubic;
+    memset(whole, 0, sizeof *whole);
+    o->anisotropy = o->desc.surface == PD_ORDINARY_POSITION || PD_DIM == 1 ? 1.0 : 0.0;
+    if (!(o->body->spacing > 0.0)) return PD_OK;
+    if (PD_DIM > 1 && o->desc.surface != PD_ORDINARY_POSITION && !o->desc.plain) {
+        pdi_ordinary_sum(o, 1.0, 0.0, &plain);
+        pdi_ordinary_sum(o, 0.0, 1.0, &cubic);
+        double odd = cubic.axis - 3.0 * cubic.off;
+        if (fabs(odd) > 0.0) o->shear = (3.0 * plain.off - plain.axis) / odd;
+    }
+    pdi_ordinary_sum(o, 1.0, o->shear, whole);
+    o->bulk = whole->size;
+    if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
+        o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
+    if (whole->least > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "no weights make a horizon of %g spacings the same in all "
+                    "directions: use the position method, or a larger horizon", o->body->horizon / o->body->spacing);
+}
+
+/* ---- weights ---- */
+
+/* What point i has of a whole family, for the factors of its bonds: along each axis, or of its volume. */
+static void pdi_ordinary_part(const pd_ordinary *o, const pdi_ordinary_sums *whole, int32_t i, double *part)
+{
+    const pd_body *body = o->body;
+    for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_body_bond(body, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), r = sqrt(square);
+        double weight = pdi_body_weight(body, o->desc.influence, r) * pdi_ordinary_share(1.0, o->shear, xi, square);
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
+        for (int d = 0; d < PD_DIM; d++)
+            part[d] += o->desc.surface == PD_ORDINARY_ENERGY
+                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / (square * whole->axis)
+                           : inside / whole->volume;
+    }
+}
+
+/* Factor of a bond whose ends have these parts of a whole family (theory: eq. 8.8). */
+static double pdi_ordinary_factor(const pd_ordinary *o, const double *own, const double *other, const double *xi)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    if (o->desc.surface == PD_ORDINARY_VOLUME) return 2.0 / (own[0] + other[0]);
+    for (int d = 0; d < PD_DIM; d++) {
+        double factor = 0.5 * (1.0 / own[d] + 1.0 / other[d]);
+        sum += xi[d] * xi[d] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
+static void pdi_ordinary_weigh(const pd_ordinary *o, const double *part, int32_t i)
+{
+    const pd_body *body = o->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
+        pdi_body_bond(body, i, b, xi);
+        double square = pdi_vec_dot(xi, xi);
+        double weight = pdi_body_weight(body, o->desc.influence, sqrt(square));
+        weight *= pdi_ordinary_share(1.0, o->shear, xi, square);
+        if (part) weight *= pdi_ordinary_factor(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
+        o->weight[b] = body->broken[b] ? 0.0f : (float)weight;
+    }
+}
+
+static pd_status pdi_ordinary_weights(pd_ctx *ctx, const pd_ordinary *o, const pdi_ordinary_sums *whole)
+{
+    const pd_body *body = o->body;
+    int mends = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    double *part = NULL;
+    (void)nt;
+    if (mends) {
+        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++) pdi_ordinary_part(o, whole, i, part + (int64_t)i * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_ordinary_weigh(o, part, i);
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
+    return PD_OK;
+}
+
+/* ---- families ---- */
+
+/* At least the largest eigenvalue of a matrix of n rows that are real and not negative: the trace of a high power. */
+static double pdi_ordinary_largest(int n, double *a)
+{
+    double least = 0.0, share = 1.0, next[PDI_SYM * PDI_SYM];
+    for (int k = 0; k <= PDI_ORDINARY_SQUARINGS; k++, share *= 0.5) {
+        double trace = 0.0;
+        for (int p = 0; p < n; p++) trace += a[p * n + p];
+        if (!(trace > 0.0)) return 0.0;
+        least += share * log(trace);
+        for (int p = 0; p < n * n; p++) {
+            double sum = 0.0;
+            for (int q = 0; q < n; q++) sum += a[p / n * n + q] * a[q * n + p % n];
+            next[p] = sum / (trace * trace);
+        }
+        memcpy(a, next, (size_t)(n * n) * sizeof *a);
+    }
+    return exp(least);
+}
+
+/* m of a family, and sum w V_j r^2 (n n)(n n)/m, its inverse in place. 0: it has none. */
+static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, double *moment)
+{
+    const pd_body *body = o->body;
+    double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
+    memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
+    *size = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        pdi_body_bond(body, i, b, xi);
+        pdi_ordinary_dyad(xi, dyad);
+        double square = pdi_ordinary_trace(dyad);
+        *size += weight * square;
+        for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
+            moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
+    }
+    if (!(*size > 0.0)) return 0;
+    if (o->desc.surface != PD_ORDINARY_POSITION) return 1;
+    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
+    for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
+    if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
+    for (int p = 0; p < PDI_SYM; p++) {
+        double *row = inverse + p * PDI_SYM;
+        for (int q = 0; q < PDI_SYM; q++) row[q] = p == q ? 1.0 : 0.0;
+        pdi_vec_substitute(PDI_SYM, PDI_SYM, moment, row);
+    }
+    memcpy(moment, inverse, sizeof inverse);
+    return 1;
+}
+
+/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: 8.3). */
+static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
+{
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_ORDINARY_PACK;
+    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_ordinary_trace(n + p * PDI_SYM);
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q < PDI_SYM; q++) {
+            double own = n[p * PDI_SYM + q];
+            carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
+            if (q > p) continue;
+            double twice = pdi_ordinary_dot(n + p * PDI_SYM, n + q * PDI_SYM);
+            *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
+        }
+    o->stiff[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+}
+
+/* The law of family i. 0: it has none; -1: a strain has no energy. */
+static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
+{
+    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_ORDINARY_PACK;
+    if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
+    double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
+    o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
+    if (o->desc.surface == PD_ORDINARY_POSITION) {
+        pdi_ordinary_position(o, i, size, moment);
+        return 1;
+    }
+    double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
+    o->stiff[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    return o->alpha[i] + l * size > 0.0 ? 1 : -1;
+}
+
+/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.3). */
+static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
+{
+    const pd_body *body = o->body;
+    double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        pdi_body_bond(body, i, b, xi);
+        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->stiff[i] + o->stiff[j]) / pdi_vec_dot(xi, xi);
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    return pdi_ordinary_largest(PD_DIM, sum);
+}
+
+/* ---- forces ---- */
+
+/* to = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. */
+static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                               double *to)
+{
+    pdi_ordinary_bond bond;
+    double sum[PDI_SYM] = {0.0};
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        double x = bond.extension;
+        if (du) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            x = 0.0;
+            for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
+        }
+        for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
+    }
+    pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, sum, to);
+}
+
+/* Force of a bond over w: both ends have the tensors a and b and stretch it by x. */
+static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
+                                       const double *tensor, double x)
+{
+    const double *a = tensor + (int64_t)i * PDI_SYM, *b = tensor + (int64_t)j * PDI_SYM;
+    double sum = 0.0;
+    for (int p = 0; p < PDI_SYM; p++) sum += bond->dyad[p] * (a[p] + b[p]);
+    return sum / bond->r + (o->alpha[i] + o->alpha[j]) * x;
+}
+
+/* Forces of the displacements u, of any size or small. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0};
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    pdi_par_copy(ctx, n, u, o->at);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_body *body = o->body;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0}, eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+            for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
+            double along = pdi_vec_dot(bond.y, eta);
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
+            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            for (int d = 0; d < PD_DIM; d++) sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
+static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
+{
+    const pd_body *body = o->body;
+    double own[PD_DIM][PDI_SYM], carried[PDI_SYM];
+    pdi_ordinary_bond bond;
+    memset(own, 0, sizeof own);
+    memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+        pdi_ordinary_times(o->law + (int64_t)j * PDI_ORDINARY_PACK, bond.dyad, carried);
+        double back = (double)o->weight[b] * body->volume[i] * pdi_ordinary_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
+        if (!o->desc.linear)
+            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+        for (int p = 0; p < PD_DIM; p++) {
+            for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
+            for (int q = 0; q < PD_DIM; q++)
+                block[p * PD_DIM + q] += (along - turn) * bond.y[p] * bond.y[q] + (p == q ? turn : 0.0);
+        }
+    }
+    for (int p = 0; p < PD_DIM; p++) {
+        pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, own[p], carried);
+        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_ordinary_dot(carried, own[q]);
+    }
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q <= p; q++) { /* the same bits on both sides */
+            double mean = 0.5 * body->volume[i] * (block[p * PD_DIM + q] + block[q * PD_DIM + p]);
+            block[p * PD_DIM + q] = mean;
+            block[q * PD_DIM + p] = mean;
+        }
+}
+
+static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) pdi_ordinary_block(o, i, block + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- energy and stress ---- */
+
+static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    pdi_sum all = {0.0, 0.0};
+    pdi_ordinary_bond bond;
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double sum[PDI_SYM] = {0.0}, carried[PDI_SYM], square = 0.0;
+        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+            if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+            square += bond.weight * bond.extension * bond.extension;
+            for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * bond.extension / bond.r * bond.dyad[p];
+        }
+        pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, sum, carried);
+        double density = 0.5 * pdi_ordinary_dot(sum, carried) + 0.5 * o->alpha[i] * square;
+        pdi_sum_add(&all, o->body->volume[i] * density);
+    }
+    return pdi_sum_total(&all);
+}
+
+static double pdi_ordinary_bond_energy(const void *self, const double *u, int32_t i, int64_t b)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    pdi_ordinary_bond bond;
+    if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) return 0.0;
+    double t = pdi_ordinary_pull(o, &bond, i, o->body->column[b], o->state, bond.extension);
+    return 0.5 * (double)o->weight[b] * t * bond.extension;
+}
+
+/* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
+static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
+{
+    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM], none[PD_DIM] = {0.0}, swell = 1.0;
+    pdi_ordinary_bond bond;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, f) > PDI_ORDINARY_FLAT)) return 1.0;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        k[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) k[p] += y[p / PD_DIM * PD_DIM + d] * f[d * PD_DIM + p % PD_DIM];
+    }
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        f[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) f[p] += k[d * PD_DIM + p / PD_DIM] * k[d * PD_DIM + p % PD_DIM];
+    }
+    if (!pdi_vec_factor(PD_DIM, PD_DIM, none, f)) return 1.0;
+    for (int d = 0; d < PD_DIM; d++) swell *= f[d * PD_DIM + d];
+    return swell;
+}
+
+static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
+{
+    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    pdi_ordinary_bond bond;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+        double t = pdi_ordinary_dot(bond.dyad, q) / bond.r + o->alpha[i] * bond.extension;
+        t *= bond.weight * bond.length / swell;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
+    }
+}
+
+static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_ordinary_stress_of(o, u, i, stress + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- update and build ---- */
+
+/* Add to the edges what the uniform stress e_b e_c + e_c e_b does to points, as small displacements. */
+static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
+{
+    double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
+    for (int64_t i = 0; i < o->body->count; i++)
+        for (int p = 0; p < PD_DIM; p++) {
+            const double *x = o->body->position + i * PD_DIM;
+            u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
+        }
+    pdi_ordinary_run(ctx, o, 1, u, force);
+    for (int64_t i = 0; i < o->body->count; i++) {
+        o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+        if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+    }
+}
+
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: 8.3). */
+static pd_status pdi_ordinary_edges(pd_ctx *ctx, pd_ordinary *o)
+{
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    double *u = NULL, *force = NULL;
+    pd_status status = PDI_NEW(ctx, "ordinary", n, u);
+    if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
+    if (status == PD_OK) {
+        pdi_par_zero(ctx, n, o->edge);
+        for (int b = 0; b < PD_DIM; b++)
+            for (int c = 0; c <= b; c++) pdi_ordinary_probe(ctx, o, b, c, u, force);
+    }
+    PDI_DELETE(ctx, n, force);
+    PDI_DELETE(ctx, n, u);
+    return status;
+}
+
+/* Laws of all families; the first point that has none is the error. */
+static pd_status pdi_ordinary_families(pd_ctx *ctx, pd_ordinary *o)
+{
+    const pd_body *body = o->body;
+    int32_t bad = -1;
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int good = pdi_ordinary_family(o, i);
+        if (good < 1) o->stiff[i] = good;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(o->stiff[i] > 0.0)) bad = i;
+    if (bad >= 0) {
+        int64_t bonds = 0;
+        for (int64_t b = body->row[bad]; b < body->row[bad + 1]; b++) bonds += !body->broken[b];
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s", (double)bonds,
+                        (int)bad, body->position[(int64_t)bad * PD_DIM],
+                        o->stiff[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                            : "do not tell all strains: the body is too thin there for its horizon");
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
+    o->rate = 0.0;
+    for (int32_t i = 0; i < body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+    return PD_OK;
+}
+
+static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
+{
+    pd_ordinary *o = (pd_ordinary *)self;
+    pdi_ordinary_sums whole;
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &whole));
+    PDI_TRY(pdi_ordinary_weights(ctx, o, &whole));
+    PDI_TRY(pdi_ordinary_families(ctx, o));
+    PDI_TRY(pdi_ordinary_edges(ctx, o));
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
+    return PD_OK;
+}
+
+static double pdi_ordinary_limit(const void *self, double density)
+{
+    return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
+}
+
+static pd_status pdi_ordinary_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, ((pd_ordinary *)self)->body, archive));
+    return archive->reading ? pdi_ordinary_update(ctx, self) : PD_OK;
+}
+
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
+{
+    pd_ordinary *ordinary = (pd_ordinary *)object;
+    int64_t count = ordinary->body ? ordinary->body->count : 0;
+    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
+    PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, stiff, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, law, count * PDI_ORDINARY_PACK, "Pa/m^(2d+4)");
+    PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "Pa/m^(d+2)");
+}
+
+static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    int mends = desc->surface == PD_ORDINARY_ENERGY || desc->surface == PD_ORDINARY_VOLUME;
+    memset(o, 0, sizeof *o);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
+                        "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
+                        body->spacing, (int)PD_ORDINARY_VOLUME);
+    o->desc = *desc;
+    o->body = body;
+    o->mu = 0.5 * desc->young / (1.0 + nu);
+    o->lambda = desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
+    if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
+    PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    return pdi_ordinary_update(ctx, o);
+}
+
+pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary)
+{
+    pd_status status = pdi_ordinary_make(ctx, body, desc, ordinary);
+    if (status < 0) pd_ordinary_free(ctx, ordinary);
+    return status;
+}
+
+pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "ordinary";
+    s.self = ordinary;
+    s.body = ordinary->body;
+    s.edge = ordinary->edge;
+    s.linear = ordinary->desc.linear;
+    s.force = pdi_ordinary_force;
+    s.tangent = pdi_ordinary_tangent;
+    s.blocks = pdi_ordinary_blocks;
+    s.energy = pdi_ordinary_energy;
+    s.bond_energy = pdi_ordinary_bond_energy;
+    s.stress = pdi_ordinary_stress;
+    s.update = pdi_ordinary_update;
+    s.limit = pdi_ordinary_limit;
+    s.store = pdi_ordinary_store;
+    return s;
+}
+
+void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
+{
+    pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
+    memset(ordinary, 0, sizeof *ordinary);
+}
+
+#undef PDI_ORDINARY_FLAT
+#undef PDI_ORDINARY_SQUARINGS
+#undef PDI_ORDINARY_ROOT2
