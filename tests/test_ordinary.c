@@ -5,7 +5,7 @@
 #include <math.h>
 
 static pd_ordinary material;
-static const char *const methods[4] = {"position", "none", "energy", "volume"};
+static const char *const methods[5] = {"position", "none", "energy", "volume", "balance"};
 
 static int make(solid_case *c, const pd_ordinary_desc *desc, pd_solid *s)
 {

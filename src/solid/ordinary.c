@@ -1,19 +1,19 @@
 /* ordinary: see ordinary.h */
 #include "solid/ordinary.h"
 #include "core/par.h"
-#include "core/vec.h"
+#include "solid/balance.h"
 #include <math.h>
 #include <string.h>
 
 /* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
 #define PDI_ORDINARY_FLAT 1e-6
+/* Forces of a uniform stress P that are none, times the horizon, over P. */
+#define PDI_ORDINARY_ROUNDING 1e-13
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
-#define PDI_ORDINARY_ROOT2 1.41421356237309504880
 
-/* Symmetric tensors are vectors: the diagonal, then what lies off it times the root of 2, so that A.B = A:B. A
- * symmetric matrix between them is its lower triangle, row by row. */
-enum { PDI_ORDINARY_PACK = PDI_SYM * (PDI_SYM + 1) / 2 };
+/* Tensors of a point in `state`: Q, and the stress P. */
+enum { PDI_ORDINARY_WIDTH = 2 * PDI_SYM };
 
 /* Bond b of a point as it is now. */
 typedef struct pdi_ordinary_bond {
@@ -23,38 +23,15 @@ typedef struct pdi_ordinary_bond {
     double xi[PD_DIM]; /* [m] */
     double y[PD_DIM];  /* [-] direction of its force */
     double dyad[PDI_SYM]; /* [m2] xi xi^T */
+    double mend[PDI_SYM]; /* xi.(v_j - v_i) of each stress, with the method of balance */
 } pdi_ordinary_bond;
 
-static inline void pdi_ordinary_dyad(const double *x, double *v)
+static inline void pdi_ordinary_mends(const pd_ordinary *o, int32_t i, int32_t j, pdi_ordinary_bond *bond)
 {
-    int k = PD_DIM;
-    for (int p = 0; p < PD_DIM; p++) {
-        v[p] = x[p] * x[p];
-        for (int q = 0; q < p; q++) v[k++] = PDI_ORDINARY_ROOT2 * x[p] * x[q];
-    }
-}
-
-static inline double pdi_ordinary_dot(const double *a, const double *b)
-{
-    double sum = 0.0;
-    for (int k = 0; k < PDI_SYM; k++) sum += a[k] * b[k];
-    return sum;
-}
-
-static inline double pdi_ordinary_trace(const double *a)
-{
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += a[d];
-    return sum;
-}
-
-/* y = L x. */
-static inline void pdi_ordinary_times(const double *law, const double *x, double *y)
-{
-    for (int a = 0; a < PDI_SYM; a++) {
-        y[a] = *law++ * x[0];
-        for (int b = 1; b <= a; b++) y[a] += *law++ * x[b];
-        for (int b = 0; b < a; b++) y[b] += law[b - a - 1] * x[a];
+    const double *own = o->mend + (int64_t)i * PDI_SYM * PD_DIM, *far = o->mend + (int64_t)j * PDI_SYM * PD_DIM;
+    for (int k = 0; k < PDI_SYM; k++) {
+        bond->mend[k] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) bond->mend[k] += bond->xi[d] * (far[k * PD_DIM + d] - own[k * PD_DIM + d]);
     }
 }
 
@@ -78,8 +55,15 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
     bond->length = linear ? bond->r : sqrt(square + more);
     bond->extension = more / (bond->r + bond->length);
     for (int d = 0; d < PD_DIM; d++) bond->y[d] /= bond->length;
-    pdi_ordinary_dyad(bond->xi, bond->dyad);
+    pdi_strain_dyad(bond->xi, bond->dyad);
+    if (o->mend) pdi_ordinary_mends(o, i, o->body->column[b], bond);
     return 1;
+}
+
+/* 1: families have a strain. */
+static int pdi_ordinary_by_strain(const pd_ordinary *o)
+{
+    return o->desc.surface == PD_ORDINARY_POSITION || o->desc.surface == PD_ORDINARY_BALANCE;
 }
 
 /* ---- constants of the lattice ---- */
@@ -132,9 +116,9 @@ static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_ordinar
 {
     pdi_ordinary_sums plain, cubic;
     memset(whole, 0, sizeof *whole);
-    o->anisotropy = o->desc.surface == PD_ORDINARY_POSITION || PD_DIM == 1 ? 1.0 : 0.0;
+    o->anisotropy = pdi_ordinary_by_strain(o) || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->body->spacing > 0.0)) return PD_OK;
-    if (PD_DIM > 1 && o->desc.surface != PD_ORDINARY_POSITION && !o->desc.plain) {
+    if (PD_DIM > 1 && !pdi_ordinary_by_strain(o) && !o->desc.plain) {
         pdi_ordinary_sum(o, 1.0, 0.0, &plain);
         pdi_ordinary_sum(o, 0.0, 1.0, &cubic);
         double odd = cubic.axis - 3.0 * cubic.off;
@@ -247,14 +231,14 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
         double weight = (double)o->weight[b] * body->volume[body->column[b]];
         if (!(weight > 0.0)) continue;
         pdi_body_bond(body, i, b, xi);
-        pdi_ordinary_dyad(xi, dyad);
-        double square = pdi_ordinary_trace(dyad);
+        pdi_strain_dyad(xi, dyad);
+        double square = pdi_strain_trace(dyad);
         *size += weight * square;
         for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
             moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
     }
     if (!(*size > 0.0)) return 0;
-    if (o->desc.surface != PD_ORDINARY_POSITION) return 1;
+    if (!pdi_ordinary_by_strain(o)) return 1;
     for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
     for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
     if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
@@ -270,14 +254,15 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
 /* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: 8.3). */
 static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
 {
-    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_ORDINARY_PACK;
-    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_ordinary_trace(n + p * PDI_SYM);
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK, *first = law;
+    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_strain_trace(n + p * PDI_SYM);
     for (int p = 0; p < PDI_SYM; p++)
         for (int q = 0; q < PDI_SYM; q++) {
             double own = n[p * PDI_SYM + q];
             carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
             if (q > p) continue;
-            double twice = pdi_ordinary_dot(n + p * PDI_SYM, n + q * PDI_SYM);
+            if (o->inverse) o->inverse[(int64_t)i * PDI_STRAIN_PACK + (law - first)] = own / size;
+            double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
     o->stiff[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
@@ -286,11 +271,11 @@ static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, 
 /* The law of family i. 0: it has none; -1: a strain has no energy. */
 static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
 {
-    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_ORDINARY_PACK;
+    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
     if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
     double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
     o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
-    if (o->desc.surface == PD_ORDINARY_POSITION) {
+    if (pdi_ordinary_by_strain(o)) {
         pdi_ordinary_position(o, i, size, moment);
         return 1;
     }
@@ -317,12 +302,32 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 
 /* ---- forces ---- */
 
-/* to = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. */
-static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
-                               double *to)
+/* With the method of balance: the strain of the sums is E + S, its stress P stands behind Q. Returns the energy density
+ * of E + S, less that of E by springs. */
+static double pdi_ordinary_close(const pd_ordinary *o, int32_t i, const double *sum, const double *more, double *to)
+{
+    const double *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
+    const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM;
+    double strain[PDI_SYM], whole[PDI_SYM], *stress = to + PDI_SYM;
+    pdi_strain_times(inverse, sum, strain);
+    for (int k = 0; k < PDI_SYM; k++) whole[k] = strain[k] + more[k] - pdi_strain_dot(bend + k * PDI_SYM, sum);
+    double trace = pdi_strain_trace(whole);
+    for (int k = 0; k < PDI_SYM; k++) stress[k] = 2.0 * o->mu * whole[k] + (k < PD_DIM ? o->lambda * trace : 0.0);
+    pdi_strain_times(inverse, stress, to);
+    for (int k = 0; k < PDI_SYM; k++) {
+        to[k] -= o->alpha[i] * strain[k];
+        for (int p = 0; p < PDI_SYM; p++) to[k] -= stress[p] * bend[p * PDI_SYM + k];
+    }
+    return 0.5 * pdi_strain_dot(whole, stress) - 0.5 * o->alpha[i] * pdi_strain_dot(sum, strain);
+}
+
+/* to = L sum w V_j x r n n of point i, and the stress of its family behind it; x: extensions, or their derivative along
+ * du. Returns the energy density of extensions. */
+static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                                 double *to)
 {
     pdi_ordinary_bond bond;
-    double sum[PDI_SYM] = {0.0};
+    double sum[PDI_SYM] = {0.0}, more[PDI_SYM] = {0.0}, square = 0.0;
     for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
         if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
         double x = bond.extension;
@@ -331,19 +336,30 @@ static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
+        square += bond.weight * x * x;
         for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
+        for (int p = 0; p < PDI_SYM && o->mend; p++) more[p] += bond.weight * x / bond.r * bond.mend[p];
     }
-    pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, sum, to);
+    square *= 0.5 * o->alpha[i];
+    if (o->mend) return square + pdi_ordinary_close(o, i, sum, more, to);
+    pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
+    return square + 0.5 * pdi_strain_dot(sum, to);
 }
 
-/* Force of a bond over w: both ends have the tensors a and b and stretch it by x. */
+/* Force of a bond over w that the tensors of a point give. */
+static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, const double *tensor)
+{
+    double sum = pdi_strain_dot(bond->dyad, tensor);
+    if (o->mend) sum += pdi_strain_dot(bond->mend, tensor + PDI_SYM);
+    return sum / bond->r;
+}
+
+/* Force of a bond over w: both ends have such tensors, and it is stretched by x. */
 static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
                                        const double *tensor, double x)
 {
-    const double *a = tensor + (int64_t)i * PDI_SYM, *b = tensor + (int64_t)j * PDI_SYM;
-    double sum = 0.0;
-    for (int p = 0; p < PDI_SYM; p++) sum += bond->dyad[p] * (a[p] + b[p]);
-    return sum / bond->r + (o->alpha[i] + o->alpha[j]) * x;
+    const double *own = tensor + (int64_t)i * PDI_ORDINARY_WIDTH, *far = tensor + (int64_t)j * PDI_ORDINARY_WIDTH;
+    return pdi_ordinary_carry(o, bond, own) + pdi_ordinary_carry(o, bond, far) + (o->alpha[i] + o->alpha[j]) * x;
 }
 
 /* Forces of the displacements u, of any size or small. */
@@ -354,7 +370,7 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_ORDINARY_WIDTH);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
@@ -385,7 +401,7 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_ORDINARY_WIDTH);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
@@ -414,8 +430,8 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         int32_t j = body->column[b];
         if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
-        pdi_ordinary_times(o->law + (int64_t)j * PDI_ORDINARY_PACK, bond.dyad, carried);
-        double back = (double)o->weight[b] * body->volume[i] * pdi_ordinary_dot(carried, bond.dyad) / (bond.r * bond.r);
+        pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
+        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
             turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
@@ -426,8 +442,8 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         }
     }
     for (int p = 0; p < PD_DIM; p++) {
-        pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, own[p], carried);
-        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_ordinary_dot(carried, own[q]);
+        pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, own[p], carried);
+        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_strain_dot(carried, own[q]);
     }
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q <= p; q++) { /* the same bits on both sides */
@@ -452,19 +468,10 @@ static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
     pdi_sum all = {0.0, 0.0};
-    pdi_ordinary_bond bond;
+    double tensors[PDI_ORDINARY_WIDTH];
     (void)ctx;
-    for (int32_t i = 0; i < o->body->count; i++) {
-        double sum[PDI_SYM] = {0.0}, carried[PDI_SYM], square = 0.0;
-        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-            if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
-            square += bond.weight * bond.extension * bond.extension;
-            for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * bond.extension / bond.r * bond.dyad[p];
-        }
-        pdi_ordinary_times(o->law + (int64_t)i * PDI_ORDINARY_PACK, sum, carried);
-        double density = 0.5 * pdi_ordinary_dot(sum, carried) + 0.5 * o->alpha[i] * square;
-        pdi_sum_add(&all, o->body->volume[i] * density);
-    }
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, tensors));
     return pdi_sum_total(&all);
 }
 
@@ -505,13 +512,13 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
 
 static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
 {
-    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    double tensors[PDI_ORDINARY_WIDTH], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
-    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, tensors);
     for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
         if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
-        double t = pdi_ordinary_dot(bond.dyad, q) / bond.r + o->alpha[i] * bond.extension;
+        double t = pdi_ordinary_carry(o, &bond, tensors) + o->alpha[i] * bond.extension;
         t *= bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }
@@ -529,7 +536,7 @@ static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, 
 
 /* ---- update and build ---- */
 
-/* Add to the edges what the uniform stress e_b e_c + e_c e_b does to points, as small displacements. */
+/* Forces of the uniform stress e_b e_c + e_c e_b, as small displacements. */
 static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
 {
     double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
@@ -539,27 +546,107 @@ static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, i
             u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
         }
     pdi_ordinary_run(ctx, o, 1, u, force);
-    for (int64_t i = 0; i < o->body->count; i++) {
-        o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
-        if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
-    }
 }
 
-/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: 8.3). */
-static pd_status pdi_ordinary_edges(pd_ctx *ctx, pd_ordinary *o)
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.14). */
+static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
+{
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
+    for (int b = 0; b < PD_DIM; b++)
+        for (int c = 0; c <= b; c++) {
+            pdi_ordinary_probe(ctx, o, b, c, u, force);
+            for (int64_t i = 0; i < o->body->count; i++) {
+                o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+                if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+            }
+        }
+}
+
+/* What makes the forces of uniform stresses P c. */
+static pd_status pdi_ordinary_balance(pd_ctx *ctx, pd_ordinary *o, const pd_ordinary *bare, double *u)
+{
+    pdi_balance s;
+    int64_t count = o->body->count;
+    int stress = 0, index = PD_DIM;
+    pd_status status = pdi_balance_build(ctx, o->body, o->weight, o->inverse, &s);
+    for (int b = 0; b < PD_DIM && status == PD_OK; b++)
+        for (int c = 0; c <= b && status == PD_OK; c++) {
+            stress = b == c ? b : index++;
+            double scale = b == c ? 0.5 : 0.5 * PDI_STRAIN_ROOT2;
+            pdi_ordinary_probe(ctx, bare, b, c, u, s.rest);
+            for (int64_t i = 0; i < count; i++) {
+                s.rest[i * PD_DIM + b] -= o->edge[i * PD_DIM + c];
+                s.rest[i * PD_DIM + c] -= o->edge[i * PD_DIM + b];
+                for (int d = 0; d < PD_DIM; d++) s.rest[i * PD_DIM + d] *= scale;
+            }
+            status = pdi_balance_solve(ctx, &s, PDI_ORDINARY_ROUNDING / o->body->horizon);
+            o->balance = fmax(o->balance, s.residual * o->body->horizon);
+            for (int64_t i = 0; i < count; i++) {
+                memcpy(o->mend + (i * PDI_SYM + stress) * PD_DIM, s.v + i * PD_DIM, PD_DIM * sizeof *s.v);
+                memcpy(o->bend + (i * PDI_SYM + stress) * PDI_SYM, s.bend + i * PDI_SYM, PDI_SYM * sizeof *s.bend);
+            }
+        }
+    pdi_balance_free(ctx, &s);
+    if (status != PD_NOT_CONVERGED) return status;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "families have too few bonds for uniform stresses to balance: %g "
+                    "of them are left over a horizon: use the position method, or a larger horizon", o->balance);
+}
+
+/* Edges, and what balances them. */
+static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, pd_ordinary *o)
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
     double *u = NULL, *force = NULL;
+    pd_ordinary bare = *o;
+    bare.mend = NULL;
+    o->balance = 0.0;
     pd_status status = PDI_NEW(ctx, "ordinary", n, u);
     if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
-    if (status == PD_OK) {
-        pdi_par_zero(ctx, n, o->edge);
-        for (int b = 0; b < PD_DIM; b++)
-            for (int c = 0; c <= b; c++) pdi_ordinary_probe(ctx, o, b, c, u, force);
-    }
+    if (status == PD_OK) pdi_ordinary_edges(ctx, &bare, u, force);
+    if (status == PD_OK && o->mend) status = pdi_ordinary_balance(ctx, o, &bare, u);
     PDI_DELETE(ctx, n, force);
     PDI_DELETE(ctx, n, u);
     return status;
+}
+
+/* With the method of balance: most energy of a family, over that of springs. */
+static void pdi_ordinary_stiffen(const pd_ordinary *o, int32_t i)
+{
+    const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM, *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
+    double gram[PDI_SYM * PDI_SYM], carried[PDI_SYM * PDI_SYM], z[PDI_SYM];
+    pdi_ordinary_bond bond;
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q <= p; q++) {
+            gram[p * PDI_SYM + q] = *inverse;
+            gram[q * PDI_SYM + p] = *inverse++;
+        }
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, 1, o->at, i, b, &bond)) continue;
+        for (int k = 0; k < PDI_SYM; k++)
+            z[k] = (bond.mend[k] - pdi_strain_dot(bond.dyad, bend + k * PDI_SYM)) / bond.r;
+        for (int p = 0; p < PDI_SYM * PDI_SYM; p++) gram[p] += bond.weight * z[p / PDI_SYM] * z[p % PDI_SYM];
+    }
+    for (int q = 0; q < PDI_SYM; q++) {
+        double trace = 0.0;
+        for (int p = 0; p < PD_DIM; p++) trace += gram[p * PDI_SYM + q];
+        for (int p = 0; p < PDI_SYM; p++)
+            carried[p * PDI_SYM + q] = 2.0 * o->mu * gram[p * PDI_SYM + q] + (p < PD_DIM ? o->lambda * trace : 0.0);
+    }
+    o->stiff[i] = o->alpha[i] + pdi_ordinary_largest(PDI_SYM, carried);
+}
+
+/* Bound of all frequencies. */
+static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
+{
+    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        if (o->mend) pdi_ordinary_stiffen(o, i);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
+    o->rate = 0.0;
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
 /* Laws of all families; the first point that has none is the error. */
@@ -584,10 +671,6 @@ static pd_status pdi_ordinary_families(pd_ctx *ctx, pd_ordinary *o)
                         o->stiff[bad] < 0.0 ? "leave a strain without energy: use the position method"
                                             : "do not tell all strains: the body is too thin there for its horizon");
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
-    o->rate = 0.0;
-    for (int32_t i = 0; i < body->count; i++) o->rate = fmax(o->rate, o->at[i]);
     return PD_OK;
 }
 
@@ -598,9 +681,11 @@ static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
     PDI_TRY(pdi_ordinary_calibrate(ctx, o, &whole));
     PDI_TRY(pdi_ordinary_weights(ctx, o, &whole));
     PDI_TRY(pdi_ordinary_families(ctx, o));
-    PDI_TRY(pdi_ordinary_edges(ctx, o));
+    PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
-    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
+    pdi_ordinary_rates(ctx, o);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_ORDINARY_WIDTH, o->state);
     return PD_OK;
 }
 
@@ -622,11 +707,15 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, stiff, count, "Pa/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, law, count * PDI_ORDINARY_PACK, "Pa/m^(2d+4)");
+    PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
     PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
     PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
-    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "Pa/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_ORDINARY_WIDTH, "");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_ORDINARY_WIDTH, "");
+    if (ordinary->desc.surface != PD_ORDINARY_BALANCE) return;
+    PDI_ARRAY(owner, ordinary, inverse, count * PDI_STRAIN_PACK, "1/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, mend, count * PDI_SYM * PD_DIM, "1/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, bend, count * PDI_SYM * PDI_SYM, "1/m^(d+3)");
 }
 
 static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
@@ -638,10 +727,10 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
-    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_BALANCE || (mends && !(body->spacing > 0.0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
                         "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
-                        body->spacing, (int)PD_ORDINARY_VOLUME);
+                        body->spacing, (int)PD_ORDINARY_BALANCE);
     o->desc = *desc;
     o->body = body;
     o->mu = 0.5 * desc->young / (1.0 + nu);
@@ -687,5 +776,5 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 }
 
 #undef PDI_ORDINARY_FLAT
+#undef PDI_ORDINARY_ROUNDING
 #undef PDI_ORDINARY_SQUARINGS
-#undef PDI_ORDINARY_ROOT2
