@@ -431,7 +431,7 @@ TEST(refused)
     d = steel(0.3, 0, 0, PD_ORDINARY_ENERGY);
     CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "spacing") != NULL);
-    d = steel(0.3, 0, 0, 4);
+    d = steel(0.3, 0, 0, 5);
     CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
     end(c);
 }

@@ -160,8 +160,7 @@ static int64_t pdi_criterion_take(pd_criterion *c, const double *u, double least
             found++;
             if (!breaks) continue;
             body->broken[b] = 1;
-            for (int64_t back = body->row[j]; back < body->row[j + 1]; back++)
-                if (body->column[back] == i) body->broken[back] = 1;
+            body->broken[pdi_body_back(body, i, j)] = 1;
         }
     }
     return found;

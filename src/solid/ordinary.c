@@ -2,6 +2,7 @@
 #include "solid/ordinary.h"
 #include "core/par.h"
 #include "solid/balance.h"
+#include "solid/weigh.h"
 #include <math.h>
 #include <string.h>
 
@@ -66,136 +67,22 @@ static int pdi_ordinary_by_strain(const pd_ordinary *o)
     return o->desc.surface == PD_ORDINARY_POSITION || o->desc.surface == PD_ORDINARY_BALANCE;
 }
 
-/* ---- constants of the lattice ---- */
-
-/* Sums over a whole family. */
-typedef struct pdi_ordinary_sums {
-    double size;   /* [m^(d+2)] sum w r^2 V */
-    double axis;   /* [m^(d+2)] sum w r^2 n_0^4 V */
-    double off;    /* [m^(d+2)] sum w r^2 n_0^2 n_1^2 V */
-    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
-    double least;  /* [-] least w of all bonds */
-} pdi_ordinary_sums;
-
-/* How much a bond counts by its direction: base + a q, with q = sum n_k^4 - 3/(d + 2). */
-static double pdi_ordinary_share(double base, double a, const double *xi, double square)
+/* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
 {
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
-    return base + a * (sum - 3.0 / (PD_DIM + 2.0));
-}
-
-static void pdi_ordinary_sum(const pd_ordinary *o, double base, double a, pdi_ordinary_sums *s)
-{
-    const pd_body *body = o->body;
-    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
-    double volume = 1.0;
-    memset(s, 0, sizeof *s);
-    s->least = HUGE_VAL;
-    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
-    for (int k = 0; k < all; k++) {
-        double xi[PD_DIM], square = 0.0;
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
-            xi[d] = (rest % wide - reach) * body->spacing;
-            square += xi[d] * xi[d];
-        }
-        double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = pdi_body_weight(body, o->desc.influence, r) * pdi_ordinary_share(base, a, xi, square);
-        s->least = fmin(s->least, weight);
-        weight = (double)(float)weight * volume; /* as bonds store it */
-        s->size += weight * square;
-        s->axis += weight * first * first / square;
-        s->off += weight * first * second / square;
-        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
-    }
-}
-
-/* Weights by direction that make a whole family the same for shear in all directions (theory: 8.2). */
-static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_ordinary_sums *whole)
-{
-    pdi_ordinary_sums plain, cubic;
-    memset(whole, 0, sizeof *whole);
-    o->anisotropy = pdi_ordinary_by_strain(o) || PD_DIM == 1 ? 1.0 : 0.0;
-    if (!(o->body->spacing > 0.0)) return PD_OK;
-    if (PD_DIM > 1 && !pdi_ordinary_by_strain(o) && !o->desc.plain) {
-        pdi_ordinary_sum(o, 1.0, 0.0, &plain);
-        pdi_ordinary_sum(o, 0.0, 1.0, &cubic);
-        double odd = cubic.axis - 3.0 * cubic.off;
-        if (fabs(odd) > 0.0) o->shear = (3.0 * plain.off - plain.axis) / odd;
-    }
-    pdi_ordinary_sum(o, 1.0, o->shear, whole);
+    int strain = pdi_ordinary_by_strain(o);
+    memset(weigh, 0, sizeof *weigh);
+    weigh->body = o->body;
+    weigh->influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh->whole;
+    o->shear = weigh->shear;
     o->bulk = whole->size;
+    o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
         o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
-    if (whole->least > 0.0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "no weights make a horizon of %g spacings the same in all "
-                    "directions: use the position method, or a larger horizon", o->body->horizon / o->body->spacing);
-}
-
-/* ---- weights ---- */
-
-/* What point i has of a whole family, for the factors of its bonds: along each axis, or of its volume. */
-static void pdi_ordinary_part(const pd_ordinary *o, const pdi_ordinary_sums *whole, int32_t i, double *part)
-{
-    const pd_body *body = o->body;
-    for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_body_bond(body, i, b, xi);
-        double square = pdi_vec_dot(xi, xi), r = sqrt(square);
-        double weight = pdi_body_weight(body, o->desc.influence, r) * pdi_ordinary_share(1.0, o->shear, xi, square);
-        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
-        for (int d = 0; d < PD_DIM; d++)
-            part[d] += o->desc.surface == PD_ORDINARY_ENERGY
-                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / (square * whole->axis)
-                           : inside / whole->volume;
-    }
-}
-
-/* Factor of a bond whose ends have these parts of a whole family (theory: eq. 8.8). */
-static double pdi_ordinary_factor(const pd_ordinary *o, const double *own, const double *other, const double *xi)
-{
-    double sum = 0.0, square = pdi_vec_dot(xi, xi);
-    if (o->desc.surface == PD_ORDINARY_VOLUME) return 2.0 / (own[0] + other[0]);
-    for (int d = 0; d < PD_DIM; d++) {
-        double factor = 0.5 * (1.0 / own[d] + 1.0 / other[d]);
-        sum += xi[d] * xi[d] / (square * factor * factor);
-    }
-    return 1.0 / sqrt(sum);
-}
-
-/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
-static void pdi_ordinary_weigh(const pd_ordinary *o, const double *part, int32_t i)
-{
-    const pd_body *body = o->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, b, xi);
-        double square = pdi_vec_dot(xi, xi);
-        double weight = pdi_body_weight(body, o->desc.influence, sqrt(square));
-        weight *= pdi_ordinary_share(1.0, o->shear, xi, square);
-        if (part) weight *= pdi_ordinary_factor(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
-        o->weight[b] = body->broken[b] ? 0.0f : (float)weight;
-    }
-}
-
-static pd_status pdi_ordinary_weights(pd_ctx *ctx, const pd_ordinary *o, const pdi_ordinary_sums *whole)
-{
-    const pd_body *body = o->body;
-    int mends = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME;
-    int nt = pdi_par_threads(ctx, body->bonds * 20);
-    double *part = NULL;
-    (void)nt;
-    if (mends) {
-        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < body->count; i++) pdi_ordinary_part(o, whole, i, part + (int64_t)i * PD_DIM);
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_ordinary_weigh(o, part, i);
-    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
     return PD_OK;
 }
 
@@ -265,13 +152,16 @@ static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, 
             double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
-    o->stiff[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
 }
 
 /* The law of family i. 0: it has none; -1: a strain has no energy. */
 static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
 {
     double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    memset(law, 0, PDI_STRAIN_PACK * sizeof *law);
+    o->alpha[i] = 0.0;
+    if (o->inverse) memset(o->inverse + (int64_t)i * PDI_STRAIN_PACK, 0, PDI_STRAIN_PACK * sizeof *law);
     if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
     double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
     o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
@@ -282,7 +172,7 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
     for (int p = 0; p < PDI_SYM; p++)
         for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
-    o->stiff[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
@@ -294,7 +184,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         int32_t j = body->column[b];
         pdi_body_bond(body, i, b, xi);
-        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->stiff[i] + o->stiff[j]) / pdi_vec_dot(xi, xi);
+        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_largest(PD_DIM, sum);
@@ -308,11 +198,11 @@ static double pdi_ordinary_close(const pd_ordinary *o, int32_t i, const double *
 {
     const double *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
     const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM;
-    double strain[PDI_SYM], whole[PDI_SYM], *stress = to + PDI_SYM;
+    double strain[PDI_SYM], whole[PDI_SYM], *stress = to + PDI_SYM, part = o->desc.stiff ? o->desc.stiff[i] : 1.0;
     pdi_strain_times(inverse, sum, strain);
     for (int k = 0; k < PDI_SYM; k++) whole[k] = strain[k] + more[k] - pdi_strain_dot(bend + k * PDI_SYM, sum);
     double trace = pdi_strain_trace(whole);
-    for (int k = 0; k < PDI_SYM; k++) stress[k] = 2.0 * o->mu * whole[k] + (k < PD_DIM ? o->lambda * trace : 0.0);
+    for (int k = 0; k < PDI_SYM; k++) stress[k] = part * (2.0 * o->mu * whole[k] + (k < PD_DIM ? o->lambda * trace : 0.0));
     pdi_strain_times(inverse, stress, to);
     for (int k = 0; k < PDI_SYM; k++) {
         to[k] -= o->alpha[i] * strain[k];
@@ -588,8 +478,8 @@ static pd_status pdi_ordinary_balance(pd_ctx *ctx, pd_ordinary *o, const pd_ordi
         }
     pdi_balance_free(ctx, &s);
     if (status != PD_NOT_CONVERGED) return status;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "families have too few bonds for uniform stresses to balance: %g "
-                    "of them are left over a horizon: use the position method, or a larger horizon", o->balance);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "uniform stresses do not balance: %g of them are left over a "
+                    "horizon: the body is too large for this method, or too thin: use the position method", o->balance);
 }
 
 /* Edges, and what balances them. */
@@ -610,7 +500,7 @@ static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, pd_ordinary *o)
 }
 
 /* With the method of balance: most energy of a family, over that of springs. */
-static void pdi_ordinary_stiffen(const pd_ordinary *o, int32_t i)
+static void pdi_ordinary_stiff(const pd_ordinary *o, int32_t i)
 {
     const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM, *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
     double gram[PDI_SYM * PDI_SYM], carried[PDI_SYM * PDI_SYM], z[PDI_SYM];
@@ -632,7 +522,16 @@ static void pdi_ordinary_stiffen(const pd_ordinary *o, int32_t i)
         for (int p = 0; p < PDI_SYM; p++)
             carried[p * PDI_SYM + q] = 2.0 * o->mu * gram[p * PDI_SYM + q] + (p < PD_DIM ? o->lambda * trace : 0.0);
     }
-    o->stiff[i] = o->alpha[i] + pdi_ordinary_largest(PDI_SYM, carried);
+    o->bound[i] = o->alpha[i] + pdi_ordinary_largest(PDI_SYM, carried);
+}
+
+static void pdi_ordinary_stiffen(const pd_ctx *ctx, const pd_ordinary *o)
+{
+    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        if (o->mend && o->bound[i] > 0.0) pdi_ordinary_stiff(o, i);
 }
 
 /* Bound of all frequencies. */
@@ -641,35 +540,58 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     int nt = pdi_par_threads(ctx, o->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < o->body->count; i++)
-        if (o->mend) pdi_ordinary_stiffen(o, i);
-    PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
     o->rate = 0.0;
     for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
-/* Laws of all families; the first point that has none is the error. */
-static pd_status pdi_ordinary_families(pd_ctx *ctx, pd_ordinary *o)
+/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
+static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
 {
     const pd_body *body = o->body;
-    int32_t bad = -1;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
+    *bad = -1;
+    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_family(o, i);
-        if (good < 1) o->stiff[i] = good;
+        if (good < 1) o->bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->stiff[i] > 0.0)) bad = i;
-    if (bad >= 0) {
-        int64_t bonds = 0;
-        for (int64_t b = body->row[bad]; b < body->row[bad + 1]; b++) bonds += !body->broken[b];
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s", (double)bonds,
-                        (int)bad, body->position[(int64_t)bad * PD_DIM],
-                        o->stiff[bad] < 0.0 ? "leave a strain without energy: use the position method"
-                                            : "do not tell all strains: the body is too thin there for its horizon");
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
+    return PD_OK;
+}
+
+/* Points lose the bonds that tell no strain, or are the error. */
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+{
+    pd_body *body = o->body;
+    int32_t bad;
+    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    while (bad >= 0 && o->desc.loose) {
+        for (int32_t i = bad; i < body->count; i++)
+            if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
+        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    }
+    if (bad < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
+                    (double)pdi_body_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                    o->bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                        : "do not tell all strains: the body is too thin there for its horizon");
+}
+
+/* Points that have a part of E. */
+static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
+{
+    for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
+        double part = o->desc.stiff[i];
+        if (!(part >= 0.0) || !(part < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
+                            "at least 0", (int)i, part);
+        o->alpha[i] *= part;
+        o->bound[i] *= part;
+        for (int k = 0; k < PDI_STRAIN_PACK; k++) o->law[i * PDI_STRAIN_PACK + k] *= part;
     }
     return PD_OK;
 }
@@ -677,12 +599,13 @@ static pd_status pdi_ordinary_families(pd_ctx *ctx, pd_ordinary *o)
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
-    pdi_ordinary_sums whole;
-    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &whole));
-    PDI_TRY(pdi_ordinary_weights(ctx, o, &whole));
-    PDI_TRY(pdi_ordinary_families(ctx, o));
+    pdi_weigh weigh;
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_ordinary_stiffen(ctx, o);
+    PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
     pdi_par_zero(ctx, (int64_t)o->body->count * PDI_ORDINARY_WIDTH, o->state);
@@ -706,7 +629,7 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     int64_t count = ordinary->body ? ordinary->body->count : 0;
     PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, stiff, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
     PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
     PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");

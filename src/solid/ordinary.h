@@ -33,6 +33,8 @@ typedef struct pd_ordinary_desc {
     pd_influence influence;
     pd_ordinary_surface surface;
     int linear;     /* 1: displacements are small; 0: of any size */
+    const double *stiff; /* [count] [-] part of E that a point has; NULL: 1. Borrowed, may change before an update */
+    int loose;      /* 1: a point whose bonds do not tell all strains loses them; 0: it is an error */
     int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not; PD_ORDINARY_
                      * POSITION needs no such choice */
 } pd_ordinary_desc;
@@ -48,7 +50,8 @@ typedef struct pd_ordinary {
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
-    double *stiff;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
+    double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
+    int64_t lost;       /* bonds that loose points have lost */
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
     double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
