@@ -1,6 +1,7 @@
 /* test_ordinary: the linear peridynamic solid: moduli of lattices, surfaces, forces and their derivative, closed forms.
  * dims: 1 2 3 */
 #include "solid_case.h"
+#include "solid/equilibrium.h"
 #include "solid/ordinary.h"
 #include <math.h>
 
@@ -196,14 +197,16 @@ TEST(methods)
 {
     static const double ratios[4] = {0.0, 0.25, 0.3, 0.45};
     int n[3] = {40, 20, 1};
-    for (int way = 0; way < 16; way++) {
-        double g[T] = {1.0, 0.3, 0.2, -0.4}, p[T], error = 0.0, size = 0.0, off = 0.0;
+    for (int way = 0; way < 20; way++) {
+        double g[T] = {1.0, 0.3, 0.2, -0.4}, p[T], error = 0.0, size = 0.0, off = 0.0, solved = 0.0;
         pd_solid s;
         solid_case *c = box(n, 0.05, 3.0, 1.0);
-        pd_ordinary_desc d = steel(ratios[way / 4], PD_PLANE_STRAIN, PD_INFLUENCE_CONSTANT, way % 4);
+        pd_ordinary_desc d = steel(ratios[way / 5], PD_PLANE_STRAIN, PD_INFLUENCE_CONSTANT, way % 5);
         d.young = 1.0;
+        clock_t start = clock();
         if (!c || !make(c, &d, &s)) return;
         double density = wanted(g, p), volume = total(c->volume, c->body.count);
+        double build = (double)(clock() - start) / CLOCKS_PER_SEC;
         linear(c, g, c->u);
         s.stress(&c->ctx, s.self, c->u, c->stress);
         for (int k = 0; k < T * c->body.count; k++) off = fmax(off, fabs(c->stress[k] - p[k % T]) / largest(p, T));
@@ -211,21 +214,58 @@ TEST(methods)
         double trace = material.lambda / (2.0 * material.lambda + 2.0 * material.mu);
         memset(c->u, 0, sizeof c->u);
         for (int32_t i = 0; i < c->body.count; i++) c->load[i * 2] = -s.edge[i * 2];
-        int steps = case_solve(c, &s, 1e-10);
+        start = clock();
+        int steps = case_solve(c, &s, 1e-13);
+        double solve = (double)(clock() - start) / CLOCKS_PER_SEC;
+        s.stress(&c->ctx, s.self, c->u, c->stress);
         for (int k = 0; k < c->body.count * 2; k++) {
             double exact = ((k % 2 ? 0.0 : 1.0) - trace) / (2.0 * material.mu) * c->position[k];
             error += (c->u[k] - exact) * (c->u[k] - exact);
             size += exact * exact;
         }
-        NOTE("nu %.2f, %-8s: uniform strain: stress %.1e, energy %+.1e; tension: u %.2e, %d iterations", ratios[way / 4],
-             methods[way % 4], off, energy, sqrt(error / size), steps);
-        if (way % 4 == 0) CHECK_LE(off, 1e-12);
-        if (way % 4 == 0) CHECK_LE(fabs(energy), 1e-12);
-        CHECK_LE(sqrt(error / size), 0.1);
+        for (int k = 0; k < c->body.count * 4; k++) solved = fmax(solved, fabs(c->stress[k] - (k % 4 ? 0.0 : 1.0)));
+        NOTE("nu %.2f, %-8s: uniform strain: stress %.1e, energy %+.1e; tension: u %.1e, stress %.1e, build %.3f s, %d "
+             "iterations in %.3f s", ratios[way / 5], methods[way % 5], off, energy, sqrt(error / size), solved, build,
+             steps, solve);
+        if (way % 5 % 4 == 0) CHECK_LE(off, 1e-12);
+        if (way % 5 % 4 == 0) CHECK_LE(fabs(energy), 1e-12);
+        CHECK_LE(sqrt(error / size), way % 5 == 4 ? 1e-12 : way % 5 == 0 ? 0.02 : 0.07);
+        if (way % 5 == 4) CHECK_LE(solved, 1e-11);
         end(c);
     }
 }
 #endif
+
+/* A box that equal tractions all around stretch by a fifth: Newton's method, large displacements, dead
+ * loads. Its stress is that of the deformed area. */
+TEST(stretched)
+{
+    pd_solid s;
+    pd_equilibrium_desc of;
+    pd_equilibrium_result result;
+    int n[3] = {7, 6, 5};
+    solid_case *c = box(n, 1e-4, 2.0, 1.0);
+    pd_ordinary_desc d = steel(0.3, 0, 0, PD_ORDINARY_BALANCE);
+    d.linear = 0;
+    if (!c || !make(c, &d, &s)) return;
+    double bulk = PD_DIM == 1 ? d.young : PD_DIM * material.lambda + 2.0 * material.mu, u = 0.0, p = 0.0, mean[PD_DIM] = {0.0};
+    memset(&of, 0, sizeof of);
+    of.rtol = 1e-11;
+    for (int k = 0; k < c->body.count * PD_DIM; k++) c->load[k] = -0.2 * bulk * s.edge[k];
+    CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &s, &of, c->load, c->u, &result));
+    s.stress(&c->ctx, s.self, c->u, c->stress);
+    for (int k = 0; k < c->body.count * PD_DIM; k++)
+        mean[k % PD_DIM] += (c->u[k] - 0.2 * c->position[k]) / c->body.count;
+    double turn = PD_DIM > 1 ? 1.0 : 0.0; /* nothing holds the body: it may turn a little */
+    for (int k = 0; k < c->body.count * PD_DIM; k++)
+        u = fmax(u, fabs(c->u[k] - 0.2 * c->position[k] - mean[k % PD_DIM]) / 1e-3);
+    for (int k = 0; k < c->body.count * T; k++)
+        p = fmax(p, fabs(c->stress[k] / (0.2 * bulk / pow(1.2, PD_DIM - 1)) - (k % T % (PD_DIM + 1) == 0 ? 1.0 : 0.0)));
+    NOTE("%d steps, %d iterations: u %.1e, stress %.1e", result.steps, result.iterations, u, p);
+    CHECK_LE(u, turn > 0.0 ? 1e-6 : 1e-9);
+    CHECK_LE(p, 1e-7);
+    end(c);
+}
 
 /* ---- forces ---- */
 
@@ -234,7 +274,7 @@ TEST(rotation)
 {
     for (int surface = 0; surface < 4; surface++) {
         pd_solid s;
-        solid_case *c = block(cells(), 2.0, 1.0, 0.3);
+        solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.3);
         pd_ordinary_desc d = steel(0.3, PD_PLANE_STRAIN, 0, surface);
         d.linear = 0;
         if (!c || !make(c, &d, &s)) return;
@@ -270,7 +310,7 @@ TEST(derivative)
     double sums = 0.0, slope = 0.0, second = 0.0, skew = 0.0, bonds = 0.0;
     for (int way = 0; way < 16; way++) {
         pd_solid s;
-        solid_case *c = block(cells(), 2.0, 1.0, 0.2);
+        solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
         pd_ordinary_desc d = steel(0.35, way & 1, way % 3, way / 4);
         d.linear = way >> 1 & 1;
         if (!c || !make(c, &d, &s)) return;
@@ -328,7 +368,7 @@ TEST(blocks)
 {
     for (int way = 0; way < 8; way++) {
         pd_solid s;
-        solid_case *c = block(cells(), 2.0, 1.0, 0.2);
+        solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
         pd_ordinary_desc d = steel(0.1, way & 1, 0, way / 2);
         double g[T] = {0.0}, off = 0.0, least = HUGE_VAL;
         d.linear = way & 1;
@@ -349,8 +389,9 @@ TEST(blocks)
                 }
                 least = fmin(least, c->block[i * T + k * PD_DIM + k] + c->volume[i] * c->done[i * PD_DIM + k]);
             }
-        if (d.linear || PD_DIM == 1) CHECK_LE(off, 1e-10);
-        CHECK_LE(-1e-10 * c->block[0], least);
+        if (way >= 8) CHECK_LE(off, 0.5); /* the method of balance has those of positions */
+        else if (d.linear || PD_DIM == 1) CHECK_LE(off, 1e-10);
+        if (way < 8) CHECK_LE(-1e-10 * c->block[0], least);
         end(c);
     }
 }
@@ -358,9 +399,9 @@ TEST(blocks)
 /* The step limit is below the longest stable step, and by how much: the largest frequency is found by iteration. */
 TEST(step)
 {
-    for (int way = 0; way < (PD_DIM == 3 ? 3 : 12); way++) {
+    for (int way = 0; way < 12; way++) {
         pd_solid s;
-        solid_case *c = way % 3 == 2 ? block(cells(), 2.0, 1.0, 0.4) : block(cells(), 2.0 + way % 3, 1.0, 0.0);
+        solid_case *c = block(PD_DIM == 3 ? 6 : cells(), way % 3 == 1 ? 2.5 : 2.0, 1.0, way % 3 == 2 ? 0.4 : 0.0);
         pd_ordinary_desc d = steel(way & 1 ? 0.45 : 0.2, 0, 0, way / 3);
         double square = 0.0;
         if (!c || !make(c, &d, &s)) return;
@@ -374,7 +415,7 @@ TEST(step)
             for (int q = 0; q < n; q++) c->way[q] = -c->done[q] / size;
         }
         double share = s.limit(s.self, 7800.0) * sqrt(square) / 2.0;
-        if (way < 3) NOTE("%s: limit is %.3f of the longest stable step", methods[way / 3], share);
+        NOTE("%s: limit is %.3f of the longest stable step", methods[way / 3], share);
         CHECK_LE(share, 1.0);
         CHECK_LE(0.3, share);
         end(c);
@@ -408,9 +449,20 @@ TEST(broken)
     s.stress(&c->ctx, s.self, c->u, c->stress);
     for (int k = 0; k < T * c->body.count; k++) off = fmax(off, fabs(c->stress[k] - p[k % T]) / largest(p, T));
     CHECK_LE(off, 1e-12);
-    for (int64_t b = c->body.row[7]; b < c->body.row[8]; b++) c->body.broken[b] = 1;
+    pdi_body_release(&c->body, 7);
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
+    material.desc.loose = 1; /* then it is free, and a point with one bond is, too */
+    for (int64_t b = c->body.row[0] + 1; b < c->body.row[1]; b++) {
+        c->body.broken[b] = 1;
+        c->body.broken[pdi_body_back(&c->body, 0, c->body.column[b])] = 1;
+    }
+    CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
+    CHECK_INT(material.lost, 1);
+    CHECK_INT(pdi_body_intact(&c->body, 0), 0);
+    CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
+    s.blocks(&c->ctx, s.self, c->block);
+    for (int k = 0; k < PD_DIM; k++) CHECK_NEAR(c->force[k] + c->block[k], 0.0, 0.0);
     end(c);
     int n[3] = {12, 1, 1};
     c = box(n, 1e-3, 2.0, 1.0);
@@ -418,6 +470,34 @@ TEST(broken)
     CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "bonds of point 0 at x") != NULL);
     end(c);
+}
+
+/* Points with a part of E: half of it everywhere is half of all forces, energies and stress. */
+TEST(parts)
+{
+    static double part[MOST];
+    for (int surface = 0; surface < 4; surface++) {
+        pd_solid s;
+        solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
+        pd_ordinary_desc d = steel(0.3, 0, 0, surface);
+        if (!c || !make(c, &d, &s)) return;
+        shake(c, c->u, 1e-6, 4);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
+        s.stress(&c->ctx, s.self, c->u, c->stress);
+        double energy = s.energy(&c->ctx, s.self, c->u), limit = s.limit(s.self, 7800.0);
+        for (int32_t i = 0; i < c->body.count; i++) part[i] = 0.5;
+        material.desc.stiff = part;
+        CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->other));
+        s.stress(&c->ctx, s.self, c->u, c->block);
+        for (int k = 0; k < c->body.count * PD_DIM; k++) CHECK_NEAR(c->other[k], 0.5 * c->force[k], 1e-9 * fabs(c->force[0]));
+        for (int k = 0; k < c->body.count * T; k++) CHECK_NEAR(c->block[k], 0.5 * c->stress[k], 1e-9 * fabs(c->stress[0]));
+        CHECK_REL(s.energy(&c->ctx, s.self, c->u), 0.5 * energy, 1e-12);
+        CHECK_REL(s.limit(s.self, 7800.0), limit * sqrt(2.0), 1e-12);
+        part[3] = -1.0;
+        CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_ARGUMENT);
+        end(c);
+    }
 }
 
 /* What is out of range is refused. */
@@ -542,11 +622,11 @@ TEST(threads)
 }
 
 #if PD_DIM == 1
-TEST_MAIN(ENTRY(uniform) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(threads))
+TEST_MAIN(ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(threads))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(methods) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks)
-          ENTRY(step) ENTRY(broken) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(methods) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks)
+          ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
 #else
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step)
-          ENTRY(broken) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step)
+          ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
 #endif

@@ -370,19 +370,26 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, u, force);
 }
 
+/* psi of a bond in the family whose gradient is h [J/m3]. */
+static double pdi_elastic_psi(const pd_elastic *e, const double *h, const double *xi, const double *eta, double over)
+{
+    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], z[PD_DIM], density = 0.0;
+    pdi_elastic_stray(h, xi, eta, over, z);
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+    pdi_elastic_law(e, own, p);
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+    return density;
+}
+
 /* Energy of the family of point i [J/m3], w_0 times. */
 static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
 {
-    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight, density = 0.0;
+        double over, weight;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
-        pdi_elastic_stray(h, xi, eta, over, z);
-        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
-        pdi_elastic_law(e, own, p);
-        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
-        sum += weight * density;
+        sum += weight * pdi_elastic_psi(e, h, xi, eta, over);
     }
     return sum;
 }
@@ -479,6 +486,19 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
 }
 
+/* Of metal that has not flown. The gradients are those of the last forces. */
+static double pdi_elastic_solid_bond_energy(const void *self, const double *u, int32_t i, int64_t b)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int32_t j = e->body->column[b];
+    double xi[PD_DIM], eta[PD_DIM], over, weight;
+    if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) return 0.0;
+    pdi_elastic_eta(e, u, i, b, eta);
+    double own = pdi_elastic_psi(e, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, xi, eta, over) / e->total[i];
+    double far = pdi_elastic_psi(e, e->gradient + (int64_t)j * PDI_ELASTIC_TENSOR, xi, eta, over) / e->total[j];
+    return (double)e->weight[b] * (pdi_elastic_stiff(e, i) * own + pdi_elastic_stiff(e, j) * far);
+}
+
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -547,6 +567,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.tangent = pdi_elastic_solid_tangent;
     solid.blocks = pdi_elastic_solid_blocks;
     solid.energy = pdi_elastic_solid_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;

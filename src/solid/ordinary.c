@@ -479,7 +479,7 @@ static pd_status pdi_ordinary_balance(pd_ctx *ctx, pd_ordinary *o, const pd_ordi
     pdi_balance_free(ctx, &s);
     if (status != PD_NOT_CONVERGED) return status;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "uniform stresses do not balance: %g of them are left over a "
-                    "horizon: the body is too large for this method, or too thin: use the position method", o->balance);
+                    "horizon: the shape of the body, or its size, is none for this method: use the position method", o->balance);
 }
 
 /* Edges, and what balances them. */

@@ -23,7 +23,8 @@ typedef enum pd_ordinary_surface {
     PD_ORDINARY_NONE,         /* nothing: the solid of 2007, with the m of each family */
     PD_ORDINARY_ENERGY,       /* that solid with the m of the bulk; bonds count more along the axes that lack some */
     PD_ORDINARY_VOLUME,       /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
-    PD_ORDINARY_BALANCE       /* the strain of the family, corrected so that uniform stress is in balance at each point */
+    PD_ORDINARY_BALANCE       /* the strain of the family, corrected so that uniform stress is in balance at each point:
+                               * bodies whose shape allows it, as boxes; others are PD_ERR_GEOMETRY */
 } pd_ordinary_surface;
 
 typedef struct pd_ordinary_desc {
