@@ -1,6 +1,6 @@
 /* test_criterion: measures of bonds against closed forms, critical energies of lattices, first breaks, cracks.
  * dims: 1 2 3 */
-#include "solid_case.h"
+#include "ordinary_case.h"
 #include "solid/criterion.h"
 #include "solid/ordinary.h"
 #include <math.h>
@@ -31,8 +31,6 @@ static int judge(solid_case *c, pd_criterion_kind kind, double critical, double 
     d.kind = kind;
     d.critical = critical;
     d.fracture = fracture;
-    d.poisson = material.desc.poisson;
-    d.plane = material.desc.plane;
     return CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion));
 }
 
@@ -73,26 +71,26 @@ TEST(uniaxial)
         double wanted = kind == PD_CRITERION_STRETCH ? 1e-3 / strain : 60e6 / stress;
         if (kind == PD_CRITERION_MISES) wanted = 60e6 / sqrt(stress * stress - stress * across + across * across);
         if (!judge(c, kind, limit, 0.0)) return;
-        if (!CHECK_OK(&c->ctx, pd_criterion_first(&c->ctx, &criterion, c->u, &first))) return;
+        pd_criterion_first(&c->ctx, &criterion, c->u, &first);
         if (kind != PD_CRITERION_ENERGY) CHECK_REL(first.factor, wanted, 1e-12);
         CHECK(first.bond >= c->body.row[first.from] && first.bond < c->body.row[first.from + 1]);
         CHECK_INT(c->body.column[first.bond], first.to);
-        int64_t broken = 0;
         for (int k = 0; k < 2; k++) {
-            pull(c, stress * first.factor * (k ? 1.0 + 1e-12 : 1.0 - 1e-9));
-            CHECK_OK(&c->ctx, pd_criterion_break(&c->ctx, &criterion, c->u, 1, &broken));
+            pull(c, stress * first.factor * (k ? 1.0 + 1e-9 : 1.0 - 1e-9));
+            int64_t broken = pd_criterion_break(&c->ctx, &criterion, c->u, 0.0);
             CHECK(k ? broken > 0 : broken == 0);
         }
         end(c);
     }
 }
 
-/* Energies of bonds add up to that of the body, and both ends give the same bits; in the bulk of a lattice that is the same
+/* Energies of bonds add up to that of the body; in the bulk of a lattice that is the same
  * in all directions they are  r^2 e [(d K/m - alpha/d) tr + alpha e],  e = n.E n,  which is quadratic in loads. */
 TEST(energies)
 {
     for (int way = 0; way < 2; way++) {
         int n[3] = {13, 13, 13};
+        static double energy[MOST * 40];
         uint32_t seed = 3;
         double sum = 0.0, off = 0.0, g[T];
         solid_case *c = box(n, 1e-3, 2.0, 1.0);
@@ -104,23 +102,22 @@ TEST(energies)
         of.poisson = d.poisson = 0.2;
         d.linear = 1;
         d.surface = PD_ORDINARY_NONE;
-        if (!c || !CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &d, &material)) ||
+        if (!c || !CHECK(c->body.bonds <= MOST * 40) ||
+            !CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &d, &material)) ||
             !CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &of, &family)))
             return;
         solid = way ? pd_elastic_solid(&family) : pd_ordinary_solid(&material);
         for (int k = 0; k < T; k++) g[k] = 1e-3 * random_real(&seed);
         linear(c, g, c->u);
-        CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, c->u, c->force));
+        solid.bond_energy(&c->ctx, solid.self, c->u, energy);
         int32_t middle = c->body.count / 2;
         double bulk = material.lambda + 2.0 * material.mu / PD_DIM, alpha = material.alpha[middle], trace = 0.0;
         for (int k = 0; k < PD_DIM; k++) trace += g[k * (PD_DIM + 1)];
         for (int32_t i = 0; i < c->body.count; i++)
             for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
                 int32_t j = c->body.column[b];
-                double own = solid.bond_energy(solid.self, c->u, i, b), xi[PD_DIM], square = 0.0, e = 0.0;
-                double far = solid.bond_energy(solid.self, c->u, j, pdi_body_back(&c->body, i, j));
-                CHECK(memcmp(&own, &far, sizeof own) == 0);
-                sum += 0.5 * c->volume[i] * c->volume[j] * own;
+                double xi[PD_DIM], square = 0.0, e = 0.0, own = energy[b] + energy[pdi_body_back(&c->body, i, j)];
+                sum += c->volume[i] * c->volume[j] * energy[b];
                 if (way || i != middle) continue;
                 pdi_body_bond(&c->body, i, b, xi);
                 for (int k = 0; k < PD_DIM; k++) square += xi[k] * xi[k];
@@ -146,7 +143,7 @@ TEST(chain)
     if (!c) return;
     pull(c, strain * 70e9);
     if (!judge(c, PD_CRITERION_ENERGY, 1.0, 0.0)) return;
-    CHECK_OK(&c->ctx, pd_criterion_first(&c->ctx, &criterion, c->u, &first));
+    pd_criterion_first(&c->ctx, &criterion, c->u, &first);
     /* ends: m = 1 + 4 + 9/2 mm3, three cells on: 2 (1 + 4 + 9/2) mm3; E/2 (1/m_i + 1/m_j) e^2 */
     double h = 1e-3, end_bond = 35e9 * (1.0 / (9.5 * h * h * h) + 1.0 / (19.0 * h * h * h)) * 9.0 * h * h * strain * strain;
     CHECK_REL(first.measure, end_bond, 1e-12);
@@ -190,7 +187,7 @@ TEST(stress)
         for (int kind = PD_CRITERION_PRINCIPAL; kind <= PD_CRITERION_MISES; kind++) {
             pd_criterion_bond first;
             if (!judge(c, (pd_criterion_kind)kind, 1e6, 0.0)) return;
-            CHECK_OK(&c->ctx, pd_criterion_first(&c->ctx, &criterion, c->u, &first));
+            pd_criterion_first(&c->ctx, &criterion, c->u, &first);
             CHECK_REL(first.measure, kind == PD_CRITERION_MISES ? sqrt(mises) : most, 1e-11);
             pd_criterion_free(&c->ctx, &criterion);
         }
@@ -238,14 +235,14 @@ TEST(worst)
 {
     int n[3] = {12, 8, 6};
     uint8_t spared[MOST] = {0};
-    int64_t broken = 0, all = 0, once = 0;
+    int64_t once = 0;
     solid_case *c = bar(n, 2.0, 0.2, PD_PLANE_STRAIN, 1);
     if (!c || !judge(c, PD_CRITERION_STRETCH, 1e-4, 0.0)) return;
     for (int32_t i = 0; i < c->body.count; i++) /* stretched most in the middle */
         c->u[i * PD_DIM] = 1e-3 * tanh(c->position[i * PD_DIM] / 2e-3) * 1e-3 * 500.0;
     for (int32_t i = 0; i < c->body.count; i++) spared[i] = PD_DIM > 1 && c->position[i * PD_DIM + 1] < -3e-3;
     criterion.desc.spared = spared;
-    CHECK_OK(&c->ctx, pd_criterion_break(&c->ctx, &criterion, c->u, 1, &broken));
+    int64_t broken = pd_criterion_break(&c->ctx, &criterion, c->u, 0.0);
     for (int32_t i = 0; i < c->body.count; i++)
         for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
             int32_t j = c->body.column[b], same = 0;
@@ -257,10 +254,8 @@ TEST(worst)
         }
     CHECK_INT(once, 2 * broken);
     CHECK_INT(broken, PD_DIM == 1 ? 1 : PD_DIM == 2 ? 7 : 7 * 6); /* the bond across the middle, in every row */
-    CHECK_OK(&c->ctx, pd_criterion_break(&c->ctx, &criterion, c->u, 0, &all));
-    CHECK(all > broken);
-    CHECK_OK(&c->ctx, pd_criterion_break(&c->ctx, &criterion, c->u, 0, &all));
-    CHECK_INT(all, 0);
+    CHECK(pd_criterion_break(&c->ctx, &criterion, c->u, 1.0) > broken);
+    CHECK_INT(pd_criterion_break(&c->ctx, &criterion, c->u, 1.0), 0);
     end(c);
 }
 
@@ -288,17 +283,15 @@ TEST(notch)
     CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self));
     double factor = 1.0, ahead = tip;
     for (int step = 0; step < 12; step++) {
-        int64_t broken = 0;
         case_solve(c, &solid, 1e-9);
-        CHECK_OK(&c->ctx, pd_criterion_first(&c->ctx, &criterion, c->u, &first));
+        pd_criterion_first(&c->ctx, &criterion, c->u, &first);
         if (step == 0) NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.place[0] * 1e3, first.place[1] * 1e3, first.factor);
         CHECK_LE(fabs(first.place[1]), 1.01e-3);
         CHECK_LE(first.place[0] - ahead, 2.1e-3);
         ahead = fmax(ahead, first.place[0]);
-        for (int k = 0; k < c->body.count * 2; k++) c->u[k] *= first.factor * (1.0 + 1e-12);
+        for (int k = 0; k < c->body.count * 2; k++) c->u[k] *= first.factor * (1.0 + 1e-9);
         factor *= first.factor;
-        CHECK_OK(&c->ctx, pd_criterion_break(&c->ctx, &criterion, c->u, 2, &broken));
-        CHECK(broken >= 1);
+        CHECK(pd_criterion_break(&c->ctx, &criterion, c->u, 0.0) >= 1);
         if (!CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self))) break;
     }
     double skew = 0.0, most = 0.0;
@@ -320,10 +313,17 @@ TEST(refused)
 {
     int n[3] = {5, 5, 5};
     pd_criterion_desc d;
+    double stretch[T] = {0.5};
     solid_case *c = bar(n, 2.0, 0.3, PD_PLANE_STRAIN, 0);
     if (!c) return;
     memset(&d, 0, sizeof d);
+    CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion)); /* nothing breaks */
+    linear(c, stretch, c->u);
+    CHECK_INT(pd_criterion_break(&c->ctx, &criterion, c->u, 1.0), 0);
+    pd_criterion_free(&c->ctx, &criterion);
+    d.fracture = 3.0;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    d.fracture = 0.0;
     d.critical = -1.0;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     d.kind = PD_CRITERION_ENERGY;
@@ -331,7 +331,7 @@ TEST(refused)
     d.fracture = 3.0;
     solid.bond_energy = NULL;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
-    CHECK(strstr(c->ctx.message, "ordinary has no energies of bonds") != NULL);
+    CHECK(strstr(c->ctx.message, "ordinary material has no energies of bonds") != NULL);
     d.kind = (pd_criterion_kind)4;
     CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     end(c);

@@ -6,7 +6,8 @@
 #include <string.h>
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
-                                               "phase", "D", "rate", "density", "damage", "energy"};
+                                               "phase", "D", "rate", "density", "damage", "energy",
+                                               "u", "mises", "sigma_h", "eps_p", "broken"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -18,6 +19,16 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
                                                 {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
                                                    {"y", "m", 0.0}, {"z", "m", 0.0}};
+
+static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
+                                                    {"x", "m", 0.0},
+#if PD_DIM > 1
+                                                    {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                    {"z", "m", 0.0},
+#endif
+                                                    {"t", "s", 0.0}};
 
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
@@ -38,8 +49,20 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
     return status;
 }
 
+static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
+{
+    for (int k = 0; k < b->grips; k++) {
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].pull[d]);
+        pdi_expr_free(ctx, &b->grip[k].press);
+    }
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->force[d]);
+    pdi_expr_free(ctx, &b->pace);
+}
+
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
+    pdi_setup_free_body(ctx, &setup->metal_body);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
@@ -55,6 +78,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->initial);
     for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    for (int k = 0; k < setup->surfaces; k++) {
+        pd_facets_free(ctx, setup->surface[k]);
+        PDI_DELETE(ctx, 1, setup->surface[k]);
+    }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
@@ -83,6 +110,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
+    case PD_FIELD_U:
+    case PD_FIELD_MISES:
+    case PD_FIELD_PRESSURE:
+    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
+    case PD_FIELD_SLIP:
+        return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
@@ -101,7 +134,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid"};
     return names[kind];
 }
 
@@ -115,6 +148,8 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+
+PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
 
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
@@ -188,6 +223,17 @@ PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8
     setup->mask_size[k] = size;
     *mask = setup->mask[k];
     setup->masks++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+{
+    int k = setup->surfaces;
+    if (k >= PD_SETUP_SURFACES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
+    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->surface[k]));
+    *surface = setup->surface[k];
+    setup->surfaces++;
     return PD_OK;
 }
 

@@ -2,11 +2,10 @@
  *
  * A measure of a bond reaches a critical value: its stretch, the energy that it holds (Foster, Silling and Chen 2011),
  * or the stress of its ends. The critical energy follows from the energy of a crack by sums over the lattice, so that
- * the mean over all directions of the crack is exact (theory: eq. 8.16).
+ * the mean over all directions of the crack is exact (theory: eq. 8.29).
  */
 #ifndef PD_CRITERION_H
 #define PD_CRITERION_H
-#include "solid/elastic.h"
 #include "solid/solid.h"
 
 typedef enum pd_criterion_kind {
@@ -16,25 +15,23 @@ typedef enum pd_criterion_kind {
     PD_CRITERION_MISES        /* [Pa] von Mises' stress, mean of both ends */
 } pd_criterion_kind;
 
-/* Zero-initialise. */
+/* Zero-initialise. Without a critical value and `fracture` no bond breaks. */
 typedef struct pd_criterion_desc {
     pd_criterion_kind kind;
     double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
     double fracture;       /* [J/m2] energy of a crack per area, for PD_CRITERION_ENERGY on a lattice */
-    double poisson;        /* [-] of stress in 2D plane strain: the one across is nu times the sum of those within */
-    pd_plane plane;        /* of stress in 2D */
     const uint8_t *spared; /* [count] 1: no bond of the point breaks; NULL: none. Borrowed */
 } pd_criterion_desc;
 
 typedef struct pd_criterion {
     pd_criterion_desc desc;
     pd_solid solid;
-    double critical;   /* unit of the kind */
+    double critical;   /* unit of the kind; 0: no bond breaks */
     double anisotropy; /* [-] largest energy of a crack over the least one, all directions; 1 but for `fracture` */
-    double *force;     /* [count][PD_DIM] [N/m3] work */
+    double *energy;    /* [bonds] [J/m^(2d)] work */
     double *stress;    /* [count][PD_DIM^2] [Pa] work */
-    double *most;      /* [count] largest measure of bonds to later points, or work */
     double *scalar;    /* [count] [Pa] stress of each point that counts */
+    double *most;      /* [count] most that bonds to later points have */
 } pd_criterion;
 
 /* The bond that breaks first. */
@@ -51,18 +48,17 @@ typedef struct pd_criterion_bond {
 #define pd_criterion_first PD_NAME(pd_criterion_first)
 #define pd_criterion_free PD_NAME(pd_criterion_free)
 
-/* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: no critical value, one that is negative or not
- * finite, `fracture` without a lattice or with another kind, a material that lacks bond energies or stress. */
+/* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
+ * without a lattice or with another kind, a material that lacks energies of bonds or stress. */
 PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
                                     pd_criterion *criterion);
-/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is critical or more; worst > 0: only so
- * many that have the largest ones, and those that equal the least of them but for rounding. *broken: how many. The
- * material has to be updated then. PD_RETRY: as of its force. */
-PD_API pd_status pd_criterion_break(pd_ctx *ctx, pd_criterion *criterion, const double *u, int64_t worst,
-                                    int64_t *broken);
-/* Which bond breaks first when the loads that gave u grow in proportion, and by which factor on them. Exact where forces
- * are linear: stretch and stress grow like the loads, and energy like their square. PD_RETRY: as of the force. */
-PD_API pd_status pd_criterion_first(pd_ctx *ctx, pd_criterion *criterion, const double *u, pd_criterion_bond *first);
+/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager, 0 to
+ * 1: 0: only those of the largest measure, 1: all; between, those above that part of the way down from the largest to
+ * the critical one. Returns how many. The material has to be updated then. */
+PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
+/* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
+ * Energies grow like its square: exact where forces are linear. */
+PD_API void pd_criterion_first(const pd_ctx *ctx, pd_criterion *criterion, const double *u, pd_criterion_bond *first);
 PD_API void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion);
 
 #ifdef PDI_INTERNAL

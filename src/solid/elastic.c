@@ -108,8 +108,7 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        double r = sqrt(pdi_elastic_dot(xi, xi));
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
     }
 }
 
@@ -370,26 +369,22 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, u, force);
 }
 
-/* psi of a bond in the family whose gradient is h [J/m3]. */
-static double pdi_elastic_psi(const pd_elastic *e, const double *h, const double *xi, const double *eta, double over)
+/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
+ * NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
-    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], z[PD_DIM], density = 0.0;
-    pdi_elastic_stray(h, xi, eta, over, z);
-    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
-    pdi_elastic_law(e, own, p);
-    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
-    return density;
-}
-
-/* Energy of the family of point i [J/m3], w_0 times. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
-{
-    double xi[PD_DIM], eta[PD_DIM], sum = 0.0;
+    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
+        double over, weight, density = 0.0;
+        if (each) each[b] = 0.0;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
-        sum += weight * pdi_elastic_psi(e, h, xi, eta, over);
+        pdi_elastic_stray(h, xi, eta, over, z);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+        pdi_elastic_law(e, own, p);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+        sum += weight * density;
+        if (each) each[b] = (double)e->weight[b] * density;
     }
     return sum;
 }
@@ -402,7 +397,7 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
         double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
         if (!(e->total[i] > 0.0)) continue;
         pdi_elastic_gradient(e, u, i, h);
-        density = pdi_elastic_density(e, u, i, h) / e->total[i];
+        density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
         if (e->plastic.count) {
             pdi_elastic_average(e, u, i, h, average);
             pdi_plastic_meet(&e->plastic, i, average);
@@ -432,14 +427,6 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, 
             p[k] *= pdi_elastic_stiff(e, i);
         }
     }
-}
-
-PDI_FN double pdi_elastic_dissipated(const pd_elastic *e)
-{
-    pdi_sum all = {0.0, 0.0};
-    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
-        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
-    return pdi_sum_total(&all);
 }
 
 /* ---- what solvers see ---- */
@@ -486,22 +473,44 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
 }
 
-/* Of metal that has not flown. The gradients are those of the last forces. */
-static double pdi_elastic_solid_bond_energy(const void *self, const double *u, int32_t i, int64_t b)
+/* Of metal that does not flow. */
+static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    int32_t j = e->body->column[b];
-    double xi[PD_DIM], eta[PD_DIM], over, weight;
-    if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) return 0.0;
-    pdi_elastic_eta(e, u, i, b, eta);
-    double own = pdi_elastic_psi(e, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, xi, eta, over) / e->total[i];
-    double far = pdi_elastic_psi(e, e->gradient + (int64_t)j * PDI_ELASTIC_TENSOR, xi, eta, over) / e->total[j];
-    return (double)e->weight[b] * (pdi_elastic_stiff(e, i) * own + pdi_elastic_stiff(e, j) * far);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], share = e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
+        pdi_elastic_gradient(e, u, i, h);
+        pdi_elastic_density(e, u, i, h, energy);
+        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+    }
 }
 
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+static double pdi_elastic_solid_dissipated(const void *self)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
+    return pdi_sum_total(&all);
+}
+
+/* Plane strain: there is none but the plastic one. */
+static double pdi_elastic_solid_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double stiff = pdi_elastic_stiff(e, i), relief = 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0)) return 0.0;
+    if (e->plastic.count) relief = pdi_elastic_trace(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR);
+    double trace = (pdi_elastic_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
+    return stiff * (e->lambda * trace + relief);
 }
 
 static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
@@ -569,6 +578,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.energy = pdi_elastic_solid_energy;
     if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
+    solid.normal = pdi_elastic_solid_normal;
+    if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;
     solid.limit = pdi_elastic_solid_limit;

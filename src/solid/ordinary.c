@@ -1,20 +1,15 @@
 /* ordinary: see ordinary.h */
 #include "solid/ordinary.h"
 #include "core/par.h"
-#include "solid/balance.h"
+#include "solid/strain.h"
 #include "solid/weigh.h"
 #include <math.h>
 #include <string.h>
 
 /* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
 #define PDI_ORDINARY_FLAT 1e-6
-/* Forces of a uniform stress P that are none, times the horizon, over P. */
-#define PDI_ORDINARY_ROUNDING 1e-13
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
-
-/* Tensors of a point in `state`: Q, and the stress P. */
-enum { PDI_ORDINARY_WIDTH = 2 * PDI_SYM };
 
 /* Bond b of a point as it is now. */
 typedef struct pdi_ordinary_bond {
@@ -24,47 +19,35 @@ typedef struct pdi_ordinary_bond {
     double xi[PD_DIM]; /* [m] */
     double y[PD_DIM];  /* [-] direction of its force */
     double dyad[PDI_SYM]; /* [m2] xi xi^T */
-    double mend[PDI_SYM]; /* xi.(v_j - v_i) of each stress, with the method of balance */
 } pdi_ordinary_bond;
-
-static inline void pdi_ordinary_mends(const pd_ordinary *o, int32_t i, int32_t j, pdi_ordinary_bond *bond)
-{
-    const double *own = o->mend + (int64_t)i * PDI_SYM * PD_DIM, *far = o->mend + (int64_t)j * PDI_SYM * PD_DIM;
-    for (int k = 0; k < PDI_SYM; k++) {
-        bond->mend[k] = 0.0;
-        for (int d = 0; d < PD_DIM; d++) bond->mend[k] += bond->xi[d] * (far[k * PD_DIM + d] - own[k * PD_DIM + d]);
-    }
-}
 
 /* How the bond xi + eta is: 0: it is broken. */
 static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
                                     pdi_ordinary_bond *bond)
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
-    double square = 0.0, more = 0.0;
+    double eta[PD_DIM];
     bond->weight = (double)o->weight[b];
     if (!(bond->weight > 0.0)) return 0;
     bond->weight *= o->body->volume[o->body->column[b]];
     pdi_body_bond(o->body, i, b, bond->xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[d] - own[d];
-        bond->y[d] = linear ? bond->xi[d] : bond->xi[d] + eta;
-        square += bond->xi[d] * bond->xi[d];
-        more += eta * (bond->xi[d] + bond->y[d]);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    if (linear) {
+        bond->length = bond->r = pdi_vec_norm(bond->xi);
+        bond->extension = pdi_vec_dot(bond->xi, eta) / bond->r;
+    } else {
+        bond->extension = pdi_body_strain(bond->xi, eta, bond->y, &bond->r, &bond->length);
+        bond->extension *= bond->r;
     }
-    bond->r = sqrt(square);
-    bond->length = linear ? bond->r : sqrt(square + more);
-    bond->extension = more / (bond->r + bond->length);
-    for (int d = 0; d < PD_DIM; d++) bond->y[d] /= bond->length;
+    for (int d = 0; d < PD_DIM; d++) bond->y[d] = (linear ? bond->xi[d] : bond->y[d]) / bond->length;
     pdi_strain_dyad(bond->xi, bond->dyad);
-    if (o->mend) pdi_ordinary_mends(o, i, o->body->column[b], bond);
     return 1;
 }
 
 /* 1: families have a strain. */
 static int pdi_ordinary_by_strain(const pd_ordinary *o)
 {
-    return o->desc.surface == PD_ORDINARY_POSITION || o->desc.surface == PD_ORDINARY_BALANCE;
+    return o->desc.surface == PD_ORDINARY_POSITION;
 }
 
 /* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
@@ -141,14 +124,13 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
 /* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: 8.3). */
 static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
 {
-    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK, *first = law;
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
     for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_strain_trace(n + p * PDI_SYM);
     for (int p = 0; p < PDI_SYM; p++)
         for (int q = 0; q < PDI_SYM; q++) {
             double own = n[p * PDI_SYM + q];
             carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
             if (q > p) continue;
-            if (o->inverse) o->inverse[(int64_t)i * PDI_STRAIN_PACK + (law - first)] = own / size;
             double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
@@ -161,7 +143,6 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
     memset(law, 0, PDI_STRAIN_PACK * sizeof *law);
     o->alpha[i] = 0.0;
-    if (o->inverse) memset(o->inverse + (int64_t)i * PDI_STRAIN_PACK, 0, PDI_STRAIN_PACK * sizeof *law);
     if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
     double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
     o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
@@ -192,32 +173,13 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 
 /* ---- forces ---- */
 
-/* With the method of balance: the strain of the sums is E + S, its stress P stands behind Q. Returns the energy density
- * of E + S, less that of E by springs. */
-static double pdi_ordinary_close(const pd_ordinary *o, int32_t i, const double *sum, const double *more, double *to)
-{
-    const double *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
-    const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM;
-    double strain[PDI_SYM], whole[PDI_SYM], *stress = to + PDI_SYM, part = o->desc.stiff ? o->desc.stiff[i] : 1.0;
-    pdi_strain_times(inverse, sum, strain);
-    for (int k = 0; k < PDI_SYM; k++) whole[k] = strain[k] + more[k] - pdi_strain_dot(bend + k * PDI_SYM, sum);
-    double trace = pdi_strain_trace(whole);
-    for (int k = 0; k < PDI_SYM; k++) stress[k] = part * (2.0 * o->mu * whole[k] + (k < PD_DIM ? o->lambda * trace : 0.0));
-    pdi_strain_times(inverse, stress, to);
-    for (int k = 0; k < PDI_SYM; k++) {
-        to[k] -= o->alpha[i] * strain[k];
-        for (int p = 0; p < PDI_SYM; p++) to[k] -= stress[p] * bend[p * PDI_SYM + k];
-    }
-    return 0.5 * pdi_strain_dot(whole, stress) - 0.5 * o->alpha[i] * pdi_strain_dot(sum, strain);
-}
-
-/* to = L sum w V_j x r n n of point i, and the stress of its family behind it; x: extensions, or their derivative along
- * du. Returns the energy density of extensions. */
+/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. Returns the energy density of
+ * extensions. */
 static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
                                  double *to)
 {
     pdi_ordinary_bond bond;
-    double sum[PDI_SYM] = {0.0}, more[PDI_SYM] = {0.0}, square = 0.0;
+    double sum[PDI_SYM] = {0.0}, square = 0.0;
     for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
         if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
         double x = bond.extension;
@@ -228,28 +190,24 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
         }
         square += bond.weight * x * x;
         for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
-        for (int p = 0; p < PDI_SYM && o->mend; p++) more[p] += bond.weight * x / bond.r * bond.mend[p];
     }
-    square *= 0.5 * o->alpha[i];
-    if (o->mend) return square + pdi_ordinary_close(o, i, sum, more, to);
     pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
-    return square + 0.5 * pdi_strain_dot(sum, to);
+    return 0.5 * (o->alpha[i] * square + pdi_strain_dot(sum, to));
 }
 
-/* Force of a bond over w that the tensors of a point give. */
-static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, const double *tensor)
+/* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
+static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, const double *q,
+                                        double x)
 {
-    double sum = pdi_strain_dot(bond->dyad, tensor);
-    if (o->mend) sum += pdi_strain_dot(bond->mend, tensor + PDI_SYM);
-    return sum / bond->r;
+    return pdi_strain_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
 }
 
-/* Force of a bond over w: both ends have such tensors, and it is stretched by x. */
+/* By both of its families. */
 static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
-                                       const double *tensor, double x)
+                                       const double *q, double x)
 {
-    const double *own = tensor + (int64_t)i * PDI_ORDINARY_WIDTH, *far = tensor + (int64_t)j * PDI_ORDINARY_WIDTH;
-    return pdi_ordinary_carry(o, bond, own) + pdi_ordinary_carry(o, bond, far) + (o->alpha[i] + o->alpha[j]) * x;
+    return pdi_ordinary_carry(o, bond, i, q + (int64_t)i * PDI_SYM, x) +
+           pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
 }
 
 /* Forces of the displacements u, of any size or small. */
@@ -260,7 +218,7 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_ORDINARY_WIDTH);
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
@@ -291,7 +249,7 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_ORDINARY_WIDTH);
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
@@ -358,20 +316,30 @@ static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
     pdi_sum all = {0.0, 0.0};
-    double tensors[PDI_ORDINARY_WIDTH];
+    double q[PDI_SYM];
     (void)ctx;
     for (int32_t i = 0; i < o->body->count; i++)
-        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, tensors));
+        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q));
     return pdi_sum_total(&all);
 }
 
-static double pdi_ordinary_bond_energy(const void *self, const double *u, int32_t i, int64_t b)
+static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
-    pdi_ordinary_bond bond;
-    if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) return 0.0;
-    double t = pdi_ordinary_pull(o, &bond, i, o->body->column[b], o->state, bond.extension);
-    return 0.5 * (double)o->weight[b] * t * bond.extension;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        pdi_ordinary_bond bond;
+        pdi_ordinary_state(o, linear, u, NULL, i, q);
+        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+            energy[b] = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
+            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+        }
+    }
 }
 
 /* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
@@ -402,14 +370,13 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
 
 static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
 {
-    double tensors[PDI_ORDINARY_WIDTH], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
-    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, tensors);
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
     for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
         if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
-        double t = pdi_ordinary_carry(o, &bond, tensors) + o->alpha[i] * bond.extension;
-        t *= bond.weight * bond.length / swell;
+        double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }
 }
@@ -452,86 +419,17 @@ static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *
         }
 }
 
-/* What makes the forces of uniform stresses P c. */
-static pd_status pdi_ordinary_balance(pd_ctx *ctx, pd_ordinary *o, const pd_ordinary *bare, double *u)
-{
-    pdi_balance s;
-    int64_t count = o->body->count;
-    int stress = 0, index = PD_DIM;
-    pd_status status = pdi_balance_build(ctx, o->body, o->weight, o->inverse, &s);
-    for (int b = 0; b < PD_DIM && status == PD_OK; b++)
-        for (int c = 0; c <= b && status == PD_OK; c++) {
-            stress = b == c ? b : index++;
-            double scale = b == c ? 0.5 : 0.5 * PDI_STRAIN_ROOT2;
-            pdi_ordinary_probe(ctx, bare, b, c, u, s.rest);
-            for (int64_t i = 0; i < count; i++) {
-                s.rest[i * PD_DIM + b] -= o->edge[i * PD_DIM + c];
-                s.rest[i * PD_DIM + c] -= o->edge[i * PD_DIM + b];
-                for (int d = 0; d < PD_DIM; d++) s.rest[i * PD_DIM + d] *= scale;
-            }
-            status = pdi_balance_solve(ctx, &s, PDI_ORDINARY_ROUNDING / o->body->horizon);
-            o->balance = fmax(o->balance, s.residual * o->body->horizon);
-            for (int64_t i = 0; i < count; i++) {
-                memcpy(o->mend + (i * PDI_SYM + stress) * PD_DIM, s.v + i * PD_DIM, PD_DIM * sizeof *s.v);
-                memcpy(o->bend + (i * PDI_SYM + stress) * PDI_SYM, s.bend + i * PDI_SYM, PDI_SYM * sizeof *s.bend);
-            }
-        }
-    pdi_balance_free(ctx, &s);
-    if (status != PD_NOT_CONVERGED) return status;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "uniform stresses do not balance: %g of them are left over a "
-                    "horizon: the shape of the body, or its size, is none for this method: use the position method", o->balance);
-}
-
-/* Edges, and what balances them. */
-static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, pd_ordinary *o)
+/* Edges. */
+static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
     double *u = NULL, *force = NULL;
-    pd_ordinary bare = *o;
-    bare.mend = NULL;
-    o->balance = 0.0;
     pd_status status = PDI_NEW(ctx, "ordinary", n, u);
     if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
-    if (status == PD_OK) pdi_ordinary_edges(ctx, &bare, u, force);
-    if (status == PD_OK && o->mend) status = pdi_ordinary_balance(ctx, o, &bare, u);
+    if (status == PD_OK) pdi_ordinary_edges(ctx, o, u, force);
     PDI_DELETE(ctx, n, force);
     PDI_DELETE(ctx, n, u);
     return status;
-}
-
-/* With the method of balance: most energy of a family, over that of springs. */
-static void pdi_ordinary_stiff(const pd_ordinary *o, int32_t i)
-{
-    const double *bend = o->bend + (int64_t)i * PDI_SYM * PDI_SYM, *inverse = o->inverse + (int64_t)i * PDI_STRAIN_PACK;
-    double gram[PDI_SYM * PDI_SYM], carried[PDI_SYM * PDI_SYM], z[PDI_SYM];
-    pdi_ordinary_bond bond;
-    for (int p = 0; p < PDI_SYM; p++)
-        for (int q = 0; q <= p; q++) {
-            gram[p * PDI_SYM + q] = *inverse;
-            gram[q * PDI_SYM + p] = *inverse++;
-        }
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, 1, o->at, i, b, &bond)) continue;
-        for (int k = 0; k < PDI_SYM; k++)
-            z[k] = (bond.mend[k] - pdi_strain_dot(bond.dyad, bend + k * PDI_SYM)) / bond.r;
-        for (int p = 0; p < PDI_SYM * PDI_SYM; p++) gram[p] += bond.weight * z[p / PDI_SYM] * z[p % PDI_SYM];
-    }
-    for (int q = 0; q < PDI_SYM; q++) {
-        double trace = 0.0;
-        for (int p = 0; p < PD_DIM; p++) trace += gram[p * PDI_SYM + q];
-        for (int p = 0; p < PDI_SYM; p++)
-            carried[p * PDI_SYM + q] = 2.0 * o->mu * gram[p * PDI_SYM + q] + (p < PD_DIM ? o->lambda * trace : 0.0);
-    }
-    o->bound[i] = o->alpha[i] + pdi_ordinary_largest(PDI_SYM, carried);
-}
-
-static void pdi_ordinary_stiffen(const pd_ctx *ctx, const pd_ordinary *o)
-{
-    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < o->body->count; i++)
-        if (o->mend && o->bound[i] > 0.0) pdi_ordinary_stiff(o, i);
 }
 
 /* Bound of all frequencies. */
@@ -596,6 +494,16 @@ static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
     return PD_OK;
 }
 
+/* Plane strain: there is none across. */
+static double pdi_ordinary_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    double trace = 0.0;
+    (void)i;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * (PD_DIM + 1)];
+    return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
+}
+
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
@@ -603,12 +511,10 @@ static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
     PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
     PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
-    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
-    pdi_ordinary_stiffen(ctx, o);
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
-    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_ORDINARY_WIDTH, o->state);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
     return PD_OK;
 }
 
@@ -633,12 +539,8 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
     PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
     PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
-    PDI_ARRAY(owner, ordinary, state, count * PDI_ORDINARY_WIDTH, "");
-    PDI_ARRAY(owner, ordinary, change, count * PDI_ORDINARY_WIDTH, "");
-    if (ordinary->desc.surface != PD_ORDINARY_BALANCE) return;
-    PDI_ARRAY(owner, ordinary, inverse, count * PDI_STRAIN_PACK, "1/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, mend, count * PDI_SYM * PD_DIM, "1/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, bend, count * PDI_SYM * PDI_SYM, "1/m^(d+3)");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
 }
 
 static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
@@ -650,10 +552,10 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
-    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_BALANCE || (mends && !(body->spacing > 0.0)))
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
                         "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
-                        body->spacing, (int)PD_ORDINARY_BALANCE);
+                        body->spacing, (int)PD_ORDINARY_VOLUME);
     o->desc = *desc;
     o->body = body;
     o->mu = 0.5 * desc->young / (1.0 + nu);
@@ -686,6 +588,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
     s.energy = pdi_ordinary_energy;
     s.bond_energy = pdi_ordinary_bond_energy;
     s.stress = pdi_ordinary_stress;
+    s.normal = pdi_ordinary_normal;
     s.update = pdi_ordinary_update;
     s.limit = pdi_ordinary_limit;
     s.store = pdi_ordinary_store;
@@ -699,5 +602,4 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 }
 
 #undef PDI_ORDINARY_FLAT
-#undef PDI_ORDINARY_ROUNDING
 #undef PDI_ORDINARY_SQUARINGS

@@ -22,9 +22,7 @@ typedef enum pd_ordinary_surface {
     PD_ORDINARY_POSITION = 0, /* the strain of the family, as above */
     PD_ORDINARY_NONE,         /* nothing: the solid of 2007, with the m of each family */
     PD_ORDINARY_ENERGY,       /* that solid with the m of the bulk; bonds count more along the axes that lack some */
-    PD_ORDINARY_VOLUME,       /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
-    PD_ORDINARY_BALANCE       /* the strain of the family, corrected so that uniform stress is in balance at each point:
-                               * bodies whose shape allows it, as boxes; others are PD_ERR_GEOMETRY */
+    PD_ORDINARY_VOLUME        /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
 } pd_ordinary_surface;
 
 typedef struct pd_ordinary_desc {
@@ -47,7 +45,6 @@ typedef struct pd_ordinary {
     double shear;       /* [-] a: bonds count 1 + a q by direction, as those of pd_microelastic */
     double anisotropy;  /* [-] Zener's ratio of the lattice: shear along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
-    double balance;     /* [-] with PD_ORDINARY_BALANCE: forces that a uniform stress leaves, times the horizon, over it */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
@@ -56,11 +53,8 @@ typedef struct pd_ordinary {
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
     double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
-    double *state;      /* [count][2][tensor] Q [Pa/m^(d+2)] and stress [Pa] of the last forces, A = sum w V_j e r n n */
-    double *change;     /* [count][2][tensor] those of the last tangent */
-    double *inverse;    /* [count][tensors] [1/m^(d+2)] with PD_ORDINARY_BALANCE: A -> E */
-    double *mend;       /* [count][tensor][PD_DIM] [1/m^(d+2)] v of each stress (theory: eq. 8.15) */
-    double *bend;       /* [count][tensor][tensor] [1/m^(d+3)] strain of the family by v */
+    double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
+    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of the last tangent */
 } pd_ordinary;
 
 #define pd_ordinary_build PD_NAME(pd_ordinary_build)

@@ -24,12 +24,23 @@ typedef struct pd_solid {
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
-    /* Energy [J/m^(2d)] of bond b of point i, from both its ends, at the u of the last `force`: times V_i V_j it is an
-     * energy, and the sum of those over all pairs is `energy`. Both ends give the same bits. 0: the bond is broken.
-     * NULL: the material has none. */
-    double (*bond_energy)(const void *self, const double *u, int32_t i, int64_t b);
+    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is sum V_j energy_ij.
+     * A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
+    /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
+    double (*normal)(const void *self, int32_t i, const double *stress);
+    /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
+    double (*dissipated)(const void *self);
+    /* Energy density [J/m3] of each point at u. NULL: none but the total. */
+    void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
+     * bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
+     * one. Bonds break of themselves: how many. NULL: none does. */
+    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */

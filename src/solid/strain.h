@@ -21,18 +21,6 @@ static inline void pdi_strain_dyad(const double *x, double *v)
     }
 }
 
-/* y = A x for the tensor a and vectors of space. */
-static inline void pdi_strain_turn(const double *a, const double *x, double *y)
-{
-    int k = PD_DIM;
-    for (int p = 0; p < PD_DIM; p++) y[p] = a[p] * x[p];
-    for (int p = 0; p < PD_DIM; p++)
-        for (int q = 0; q < p; q++, k++) {
-            y[p] += a[k] / PDI_STRAIN_ROOT2 * x[q];
-            y[q] += a[k] / PDI_STRAIN_ROOT2 * x[p];
-        }
-}
-
 static inline double pdi_strain_dot(const double *a, const double *b)
 {
     double sum = 0.0;

@@ -1,41 +1,67 @@
 /* weigh: see weigh.h */
 #include "solid/weigh.h"
 #include "core/par.h"
-#include "core/vec.h"
 #include <math.h>
 #include <string.h>
 
-/* How much a bond counts by its direction: base + a q, with q = sum n_k^4 - 3/(d + 2). */
-static double pdi_weigh_share(double base, double a, const double *xi, double square)
+/* Directions along which cracks are looked at. */
+#define PDI_WEIGH_WAYS 64
+
+/* ---- lattices ---- */
+
+static int pdi_weigh_wide(const pd_body *body) { return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1; }
+
+PDI_FN int pdi_weigh_places(const pd_body *body)
 {
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
-    return base + a * (sum - 3.0 / (PD_DIM + 2.0));
+    int wide = pdi_weigh_wide(body), all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= wide;
+    return all;
 }
 
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi)
+{
+    int wide = pdi_weigh_wide(body);
+    double square = 0.0;
+    for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+        xi[d] = (rest % wide - wide / 2) * body->spacing;
+        square += xi[d] * xi[d];
+    }
+    return square;
+}
+
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_WEIGH_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_WEIGH_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = crack(self, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+/* With the weights base + a q. */
 static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_sums *s)
 {
     const pd_body *body = o->body;
-    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
-    double volume = 1.0;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
     memset(s, 0, sizeof *s);
     s->least = HUGE_VAL;
-    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
-    for (int k = 0; k < all; k++) {
-        double xi[PD_DIM], square = 0.0;
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
-            xi[d] = (rest % wide - reach) * body->spacing;
-            square += xi[d] * xi[d];
-        }
-        double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = pdi_body_weight(body, o->influence, r) * pdi_weigh_share(base, a, xi, square);
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        double weight = square > 0.0 ? pdi_body_weight(body, o->influence, xi) : 0.0;
+        double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(weight > 0.0)) continue;
+        weight *= base + a * pdi_weigh_cubic(xi, square);
         s->least = fmin(s->least, weight);
         weight = (double)(float)weight * volume; /* as bonds store it */
         s->size += weight * square;
         s->axis += weight * first * first / square;
         s->off += weight * first * second / square;
-        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
+        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
     }
 }
 
@@ -57,7 +83,7 @@ PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *o, int isotropic)
 
 /* ---- weights ---- */
 
-/* What point i has of a whole family, for the factors of its bonds: along each axis, or of its volume. */
+/* What the family of point i has, for the factors of its bonds: along each axis, or of volume. */
 static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
@@ -65,26 +91,31 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         double xi[PD_DIM], volume = body->volume[body->column[b]];
         pdi_body_bond(body, i, b, xi);
-        double square = pdi_vec_dot(xi, xi), r = sqrt(square);
-        double weight = pdi_body_weight(body, o->influence, r) * pdi_weigh_share(1.0, o->shear, xi, square);
-        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, r);
+        double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
         for (int d = 0; d < PD_DIM; d++)
             part[d] += o->way == PDI_WEIGH_ENERGY
-                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / (square * o->whole.axis)
-                           : inside / o->whole.volume;
+                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / square
+                           : inside;
     }
 }
 
-/* Factor of a bond whose ends have these parts of a whole family (theory: eq. 8.8). */
-static double pdi_weigh_factor(const pdi_weigh *o, const double *own, const double *other, const double *xi)
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk)
 {
     double sum = 0.0, square = pdi_vec_dot(xi, xi);
-    if (o->way == PDI_WEIGH_VOLUME) return 2.0 / (own[0] + other[0]);
     for (int d = 0; d < PD_DIM; d++) {
-        double factor = 0.5 * (1.0 / own[d] + 1.0 / other[d]);
+        double factor = 0.5 * (bulk / own[d] + bulk / other[d]);
         sum += xi[d] * xi[d] / (square * factor * factor);
     }
     return 1.0 / sqrt(sum);
+}
+
+/* Factor of a bond whose ends have these parts of a whole family. */
+static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double *other, const double *xi)
+{
+    if (o->way == PDI_WEIGH_VOLUME) return 2.0 * o->whole.volume / (own[0] + other[0]);
+    return pdi_weigh_factor(own, other, xi, o->whole.axis);
 }
 
 /* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
@@ -95,10 +126,9 @@ static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, 
         double xi[PD_DIM];
         const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
         pdi_body_bond(body, i, b, xi);
-        double square = pdi_vec_dot(xi, xi);
-        double weight = pdi_body_weight(body, o->influence, sqrt(square));
-        weight *= pdi_weigh_share(1.0, o->shear, xi, square);
-        if (part) weight *= pdi_weigh_factor(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
+        double weight = pdi_body_weight(body, o->influence, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
         to[b] = body->broken[b] ? 0.0f : (float)weight;
     }
 }
@@ -119,3 +149,5 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
     return PD_OK;
 }
+
+#undef PDI_WEIGH_WAYS

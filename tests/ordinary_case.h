@@ -1,7 +1,7 @@
-/* solid_case: bodies for tests of solids, their displacements, and conjugate gradients on the table of a material.
+/* ordinary_case: bodies for tests of solids, their displacements, and conjugate gradients on the table of a material.
  */
-#ifndef SOLID_CASE_H
-#define SOLID_CASE_H
+#ifndef ORDINARY_CASE_H
+#define ORDINARY_CASE_H
 #include "random.h"
 #include "solid/solid.h"
 #include "test.h"
