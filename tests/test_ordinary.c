@@ -95,7 +95,7 @@ TEST(lattice)
     double worst = 0.0, mean = 0.0, bulk = 0.0;
     for (int k = 0; k < (int)(sizeof rows / sizeof rows[0]); k++) {
         const lattice_row *row = &rows[k];
-        int n[3] = {9, 9, 9};
+        int wide = 2 * (int)(row->m + 0.49) + 1, n[3] = {wide, wide, wide};
         pd_solid s;
         solid_case *c = box(n, 1e-3, row->m, row->part);
         pd_ordinary_desc d = steel(0.3, k & 1, row->influence, PD_ORDINARY_NONE);
@@ -130,11 +130,11 @@ TEST(lattice)
  * none. */
 TEST(isotropy)
 {
-    for (int way = 0; way < 24; way++) {
-        int surface = way / 6, n[3] = {9, 9, 9};
+    for (int way = 0; way < 12; way++) {
+        int surface = way / 3, wide = PD_DIM == 3 ? 7 : 9, n[3] = {wide, wide, wide};
         uint32_t seed = 5;
         pd_solid s;
-        solid_case *c = box(n, 1e-3, way % 2 + 2.5, 1.0);
+        solid_case *c = box(n, 1e-3, 2.5 + (PD_DIM == 2 ? way % 2 : 0), 1.0);
         pd_ordinary_desc d = steel(0.42, way & 1, way % 3, surface);
         if (!c || !make(c, &d, &s)) return;
         CHECK_NEAR(material.anisotropy, 1.0, 1e-6);
@@ -164,7 +164,7 @@ TEST(uniform)
     static const double ratios[4] = {0.0, 0.25, 0.499, -0.5};
     uint32_t seed = 8;
     double stress = 0.0, energy = 0.0, edge = 0.0;
-    for (int way = 0; way < 24; way++) {
+    for (int way = 0; way < (PD_DIM == 3 ? 12 : 24); way++) {
         double g[T], p[T], sum[T] = {0.0};
         pd_solid s;
         solid_case *c = block(cells(), 2.0 + way % 3 * 0.75, way & 1, way & 2 ? 0.4 : 0.0);
@@ -195,9 +195,9 @@ TEST(uniform)
  * and of displacements and stress of the solution. */
 TEST(methods)
 {
-    static const double ratios[4] = {0.0, 0.25, 0.3, 0.45};
+    static const double ratios[2] = {0.25, 0.45};
     int n[3] = {40, 20, 1};
-    for (int way = 0; way < 16; way++) {
+    for (int way = 0; way < 8; way++) {
         double g[T] = {1.0, 0.3, 0.2, -0.4}, p[T], error = 0.0, size = 0.0, off = 0.0, solved = 0.0;
         pd_solid s;
         solid_case *c = box(n, 0.05, 3.0, 1.0);
@@ -243,7 +243,7 @@ TEST(stretched)
     pd_solid s;
     pd_equilibrium_desc of;
     pd_equilibrium_result result;
-    int n[3] = {13, 14, 13};
+    int n[3] = {12, 13, 11};
     uint32_t seed = 9;
     solid_case *c = box(n, 1e-4, 2.0, 1.0);
     pd_ordinary_desc d = steel(0.3, 0, 0, PD_ORDINARY_POSITION);
@@ -318,8 +318,8 @@ TEST(derivative)
         pd_ordinary_desc d = steel(0.35, way & 1, way % 3, way / 4);
         d.linear = way >> 1 & 1;
         if (!c || !make(c, &d, &s)) return;
-        static double bond[MOST];
-        if (!CHECK(c->body.bonds <= MOST)) return;
+        static double bond[40 * MOST];
+        if (!CHECK(c->body.bonds <= 40 * MOST)) return;
         int n = c->body.count * PD_DIM;
         double h = 1e-3 / cells(), delta = 1e-5 * h, size = 0.0, turn[3] = {0.0}, push[PD_DIM] = {0.0};
         shake(c, c->u, 0.1 * h, 4);
@@ -414,7 +414,7 @@ TEST(step)
         int n = c->body.count * PD_DIM;
         shake(c, c->way, 1.0, 7);
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
-        for (int k = 0; k < 100; k++) {
+        for (int k = 0; k < (PD_DIM == 3 ? 60 : 100); k++) {
             s.tangent(&c->ctx, s.self, c->way, c->done);
             double size = sqrt(inner(n, c->done, c->done));
             square = size / sqrt(inner(n, c->way, c->way)) / 7800.0;
@@ -575,7 +575,7 @@ static double ring_error(double h, double m, double nu, int plane, int surface)
     for (int32_t i = 0; i < c->body.count; i++)
         for (int k = 0; k < PD_DIM; k++)
             if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + k] = s.edge[i * PD_DIM + k];
-    int steps = case_solve(c, &s, 1e-10);
+    int steps = case_solve(c, &s, 1e-8);
     for (int32_t i = 0; i < c->body.count; i++) {
         double r = radius(c->position + i * PD_DIM), exact = lame(r, nu, plane);
         size += c->volume[i] * exact * exact;
@@ -594,14 +594,16 @@ static double ring_error(double h, double m, double nu, int plane, int surface)
 TEST(lame_ring)
 {
     static const double ratios[2] = {0.3, 0.45};
-    for (int way = 0; way < (PD_DIM == 3 ? 1 : 4); way++) {
-        double m = PD_DIM == 3 ? 1.5 : 2.0, h = PD_DIM == 3 ? 0.2 : 0.125, less = PD_DIM == 3 ? 0.125 : 0.0625;
-        double coarse = ring_error(h, m, ratios[way & 1], way >> 1, 0);
-        double fine = ring_error(less, m, ratios[way & 1], way >> 1, 0), order = log(coarse / fine) / log(h / less);
-        NOTE("order %.2f", order);
-        CHECK_LE(fine, PD_DIM == 3 ? 5e-2 : 1.5e-2);
-        CHECK(order > 1.1);
+#if PD_DIM == 2
+    for (int way = 0; way < 2; way++) {
+        double coarse = ring_error(0.125, 2.0, ratios[way], way, 0), fine = ring_error(0.0625, 2.0, ratios[way], way, 0);
+        NOTE("order %.2f", log(coarse / fine) / log(2.0));
+        CHECK_LE(fine, 1.5e-2);
+        CHECK(log(coarse / fine) / log(2.0) > 1.1);
     }
+#else
+    CHECK_LE(ring_error(1.0 / 7.0, 1.5, ratios[0], 0, 0), 5e-2);
+#endif
 }
 #endif
 
@@ -609,7 +611,7 @@ TEST(lame_ring)
 TEST(threads)
 {
     pd_solid s;
-    solid_case *c = block(PD_DIM == 1 ? 2000 : cells() * 2, 2.0, 1.0, 0.2);
+    solid_case *c = block(PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 36 : 12, 2.0, 1.0, 0.2);
     pd_ordinary_desc d = steel(0.3, 0, 0, 0);
     d.linear = 0;
     for (int threads = 1; threads <= 2; threads++) {
