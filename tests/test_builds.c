@@ -14,6 +14,7 @@
 #include "io/png.h"
 #include "run/coarser.h"
 #include "solid/microelastic.h"
+#include "solid/ordinary.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
@@ -403,6 +404,23 @@ BUILD(elastic, pd_elastic)
     return pd_elastic_build(ctx, &l->body, &d, o);
 }
 
+BUILD(ordinary, pd_ordinary)
+{
+    pd_ordinary_desc d;
+    memset(&d, 0, sizeof d);
+    d.young = l->wrong ? 0.0 : 1.0;
+    return pd_ordinary_build(ctx, &l->body, &d, o);
+}
+
+BUILD(criterion, pd_criterion)
+{
+    pd_criterion_desc d;
+    memset(&d, 0, sizeof d);
+    d.critical = l->wrong ? -1.0 : 1.0;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_criterion_build(ctx, &solid, &d, o);
+}
+
 BUILD(microelastic, pd_microelastic) { return make_springs_of(ctx, l, o); }
 
 BUILD(verlet, pd_verlet)
@@ -497,6 +515,7 @@ static const entry builds[] = {
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(microelastic, pd_microelastic, 1, 1)
+    ROW(ordinary, pd_ordinary, 1, 1) ROW(criterion, pd_criterion, 1, 1)
     ROW(verlet, pd_verlet, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)

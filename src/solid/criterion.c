@@ -58,18 +58,18 @@ static void pdi_criterion_calibrate(pd_criterion *c)
 /* Largest principal stress, or von Mises' one, of point i, in the plane or in space [Pa]. */
 static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const double *stress)
 {
-    double s[9] = {0.0}, trace = 0.0, second = 0.0, third;
+    double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
+    double mises = pdi_solid_mises(stress, normal, &mean);
+    if (c->desc.kind == PD_CRITERION_MISES) return mises;
+    if (!(mises > 0.0)) return mean;
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q < PD_DIM; q++) s[3 * p + q] = 0.5 * (stress[p * PD_DIM + q] + stress[q * PD_DIM + p]);
-    if (PD_DIM == 2 && c->solid.normal) s[8] = c->solid.normal(c->solid.self, i, stress);
-    for (int p = 0; p < 3; p++) trace += s[4 * p];
-    for (int p = 0; p < 3; p++) s[4 * p] -= trace / 3.0;
-    for (int p = 0; p < 9; p++) second += 0.5 * s[p] * s[p];
-    if (c->desc.kind == PD_CRITERION_MISES) return sqrt(3.0 * second);
-    if (!(second > 0.0)) return trace / 3.0;
-    third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) + s[2] * (s[1] * s[5] - s[4] * s[2]);
-    double size = sqrt(second / 3.0), turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
-    return trace / 3.0 + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+    if (PD_DIM == 2) s[8] = normal;
+    for (int p = 0; p < 3; p++) s[4 * p] -= mean;
+    double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
+                   s[2] * (s[1] * s[5] - s[4] * s[2]);
+    double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
+    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
 /* Bond b of point i [m], and by how much its ends move apart [m]. */

@@ -42,7 +42,7 @@ typedef struct pd_quasi_static {
     int stale;             /* 1: bonds or stiffness are not those of the balance */
     double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
     double stored;         /* [J] */
-    double released;       /* [J] energy that broken bonds had */
+    double released;       /* [J] that the body lost as bonds broke, before it moved */
     double taken;          /* [J] that went with metal that has gone */
     double parted;         /* [s] when the first loaded piece came off; -1: none has */
     int64_t broken, lost;  /* bonds that broke, and points that came off with loads */

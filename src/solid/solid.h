@@ -51,4 +51,24 @@ typedef struct pd_solid {
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
 } pd_solid;
 
+#ifdef PDI_INTERNAL
+/* Von Mises' stress of a stress and, in 2D, the one normal to its plane; *mean: of the normal stresses [Pa]. */
+static inline double pdi_solid_mises(const double *stress, double normal, double *mean)
+{
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * PD_DIM + d];
+    *mean = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = stress[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    return sqrt(1.5 * square);
+}
+#endif
+
 #endif
