@@ -65,7 +65,8 @@ TEST(uniaxial)
         solid_case *c = bar(n, 2.0, nu, plane, 0);
         if (!c) return;
         pull(c, stress);
-        double strain = stress / 70e9, limit = kind == PD_CRITERION_STRETCH ? 1e-3 : kind == PD_CRITERION_ENERGY ? 1e9 : 60e6;
+        double strain = stress / 70e9, limit = kind == PD_CRITERION_STRETCH ? 1e-3 : 60e6;
+        if (kind == PD_CRITERION_ENERGY) limit = 1e9;
         double across = PD_DIM == 2 && plane == PD_PLANE_STRAIN ? nu * stress : 0.0;
         if (PD_DIM == 2 && plane == PD_PLANE_STRAIN) strain *= 1.0 - nu * nu;
         double wanted = kind == PD_CRITERION_STRETCH ? 1e-3 / strain : 60e6 / stress;
@@ -145,7 +146,7 @@ TEST(chain)
     if (!judge(c, PD_CRITERION_ENERGY, 1.0, 0.0)) return;
     pd_criterion_first(&c->ctx, &criterion, c->u, &first);
     /* ends: m = 1 + 4 + 9/2 mm3, three cells on: 2 (1 + 4 + 9/2) mm3; E/2 (1/m_i + 1/m_j) e^2 */
-    double h = 1e-3, end_bond = 35e9 * (1.0 / (9.5 * h * h * h) + 1.0 / (19.0 * h * h * h)) * 9.0 * h * h * strain * strain;
+    double h = 1e-3, end_bond = 35e9 * (1.0 / 9.5 + 1.0 / 19.0) / (h * h * h) * 9.0 * h * h * strain * strain;
     CHECK_REL(first.measure, end_bond, 1e-12);
     CHECK_REL(first.factor, sqrt(1.0 / end_bond), 1e-12);
     CHECK_INT(first.to - first.from, 3);
@@ -198,8 +199,8 @@ TEST(stress)
 
 /* ---- cracks ---- */
 
-/* Critical energies: the mean over all directions is that of the crack, and those of the papers give what an independent
- * computation says (data: lattice_wc_Gc.csv, five digits). */
+/* Critical energies: the mean over all directions is that of the crack, and those of the papers give what an
+ * independent computation says (data: lattice_wc_Gc.csv, five digits). */
 TEST(cracks)
 {
     static const double row[3][3][3] = {{{1.0, 0, 0}, {1.0, 0, 0}, {1.0, 0, 0}},
@@ -212,7 +213,8 @@ TEST(cracks)
         solid_case *c = bar(n, m, 0.25, PD_PLANE_STRAIN, 0);
         if (!c || !judge(c, PD_CRITERION_ENERGY, 0.0, 5.0)) return;
         for (int k = 0; k < 1600; k++) { /* over the circle; over the sphere by rings */
-            double t = 3.14159265358979323846 * (k % 40 + 0.5) / 40.0, q = 6.28318530717958647692 * (k / 40 + 0.5) / 40.0;
+            double t = 3.14159265358979323846 * (k % 40 + 0.5) / 40.0;
+            double q = 6.28318530717958647692 * (k / 40 + 0.5) / 40.0;
             double way[3] = {cos(t), sin(t) * cos(q), sin(t) * sin(q)}, share = PD_DIM == 3 ? sin(t) : 1.0;
             if (PD_DIM == 2) way[1] = sin(t);
             mean += share * pdi_criterion_crack(&criterion, way);
@@ -285,7 +287,9 @@ TEST(notch)
     for (int step = 0; step < 12; step++) {
         case_solve(c, &solid, 1e-9);
         pd_criterion_first(&c->ctx, &criterion, c->u, &first);
-        if (step == 0) NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.place[0] * 1e3, first.place[1] * 1e3, first.factor);
+        if (step == 0)
+            NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.place[0] * 1e3, first.place[1] * 1e3,
+                 first.factor);
         CHECK_LE(fabs(first.place[1]), 1.01e-3);
         CHECK_LE(first.place[0] - ahead, 2.1e-3);
         ahead = fmax(ahead, first.place[0]);

@@ -191,8 +191,8 @@ TEST(uniform)
 }
 
 #if PD_DIM == 2
-/* The methods side by side on a plate under tension with free sides: the error of stress and energy of a uniform strain,
- * and of displacements and stress of the solution. */
+/* The methods side by side on a plate under tension with free sides: the error of stress and energy of a uniform
+ * strain, and of displacements and stress of the solution. */
 TEST(methods)
 {
     static const double ratios[2] = {0.25, 0.45};
@@ -337,7 +337,8 @@ TEST(derivative)
                 work += f[k] * c->way[i * PD_DIM + k];
                 size += fabs(f[k]);
             }
-            for (int k = 0; k < 3; k++) turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
+            for (int k = 0; k < 3; k++)
+                turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
             for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
                 split += c->volume[i] * c->volume[c->body.column[b]] * bond[b];
         }
@@ -496,8 +497,10 @@ TEST(parts)
         CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->other));
         s.stress(&c->ctx, s.self, c->u, c->block);
-        for (int k = 0; k < c->body.count * PD_DIM; k++) CHECK_NEAR(c->other[k], 0.5 * c->force[k], 1e-9 * fabs(c->force[0]));
-        for (int k = 0; k < c->body.count * T; k++) CHECK_NEAR(c->block[k], 0.5 * c->stress[k], 1e-9 * fabs(c->stress[0]));
+        for (int k = 0; k < c->body.count * PD_DIM; k++)
+            CHECK_NEAR(c->other[k], 0.5 * c->force[k], 1e-9 * fabs(c->force[0]));
+        for (int k = 0; k < c->body.count * T; k++)
+            CHECK_NEAR(c->block[k], 0.5 * c->stress[k], 1e-9 * fabs(c->stress[0]));
         CHECK_REL(s.energy(&c->ctx, s.self, c->u), 0.5 * energy, 1e-12);
         CHECK_REL(s.limit(s.self, 7800.0), limit * sqrt(2.0), 1e-12);
         part[3] = -1.0;
@@ -596,7 +599,8 @@ TEST(lame_ring)
     static const double ratios[2] = {0.3, 0.45};
 #if PD_DIM == 2
     for (int way = 0; way < 2; way++) {
-        double coarse = ring_error(0.125, 2.0, ratios[way], way, 0), fine = ring_error(0.0625, 2.0, ratios[way], way, 0);
+        double coarse = ring_error(0.125, 2.0, ratios[way], way, 0);
+        double fine = ring_error(0.0625, 2.0, ratios[way], way, 0);
         NOTE("order %.2f", log(coarse / fine) / log(2.0));
         CHECK_LE(fine, 1.5e-2);
         CHECK(log(coarse / fine) / log(2.0) > 1.1);
@@ -632,9 +636,10 @@ TEST(threads)
 #if PD_DIM == 1
 TEST_MAIN(ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(threads))
 #elif PD_DIM == 2
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(methods) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks)
-          ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(methods) ENTRY(stretched) ENTRY(rotation)
+          ENTRY(derivative) ENTRY(blocks) ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused)
+          ENTRY(lame_ring) ENTRY(threads))
 #else
-TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative) ENTRY(blocks) ENTRY(step)
-          ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
+TEST_MAIN(ENTRY(lattice) ENTRY(isotropy) ENTRY(uniform) ENTRY(stretched) ENTRY(rotation) ENTRY(derivative)
+          ENTRY(blocks) ENTRY(step) ENTRY(broken) ENTRY(parts) ENTRY(refused) ENTRY(lame_ring) ENTRY(threads))
 #endif

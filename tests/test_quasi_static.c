@@ -160,8 +160,8 @@ static double skew_of(const body_case *c)
     return size > 0.0 ? skew / size : 0.0;
 }
 
-/* Pulls until a piece has come off. What is left of the work is what a crack that runs by itself would turn into motion,
- * and is never negative. The halves mirror each other. */
+/* Pulls until nothing holds. What is left of the work is what a crack that runs by itself would turn into
+ * motion, and is never negative. The halves mirror each other. */
 static void pull_apart(body_case *c, int steps, const char *name)
 {
     double most = 0.0;
@@ -258,4 +258,5 @@ TEST(bad_input)
     end(c);
 }
 
-TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(criteria) ENTRY(comes_off) ENTRY(bad_input))
+TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(criteria) ENTRY(comes_off)
+          ENTRY(bad_input))

@@ -110,8 +110,8 @@ static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_
 
 typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
 
-/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of its
- * ends see the same. Returns the most of all. */
+/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
+ * its ends see the same. Returns the most of all. */
 static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const double *u, pdi_criterion_fn measure)
 {
     const pd_body *body = c->solid.body;
@@ -183,11 +183,11 @@ static pd_status pdi_criterion_check(pd_ctx *ctx, const pd_solid *solid, const p
     if ((int)desc->kind < 0 || desc->kind > PD_CRITERION_MISES)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
                         (int)PD_CRITERION_MISES);
-    if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
-        (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected one "
-                        "that is finite and positive, and the energy of a crack for that of bonds", desc->critical,
-                        desc->fracture);
+    if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
+        !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+                        "one that is finite and positive, and the energy of a crack for that of bonds",
+                        desc->critical, desc->fracture);
     if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
                         "a critical energy");

@@ -26,12 +26,12 @@ typedef struct pd_criterion_desc {
 typedef struct pd_criterion {
     pd_criterion_desc desc;
     pd_solid solid;
-    double critical;   /* unit of the kind; 0: no bond breaks */
+    double critical;   /* [-], [J/m^(2d)] or [Pa]; 0: no bond breaks */
     double anisotropy; /* [-] largest energy of a crack over the least one, all directions; 1 but for `fracture` */
     double *energy;    /* [bonds] [J/m^(2d)] work */
     double *stress;    /* [count][PD_DIM^2] [Pa] work */
     double *scalar;    /* [count] [Pa] stress of each point that counts */
-    double *most;      /* [count] most that bonds to later points have */
+    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] most of the bonds to later points */
 } pd_criterion;
 
 /* The bond that breaks first. */
@@ -39,8 +39,8 @@ typedef struct pd_criterion_bond {
     int64_t bond;          /* -1: no measure is above 0 */
     int32_t from, to;      /* its points */
     double place[PD_DIM];  /* [m] its middle */
-    double measure;        /* unit of the kind */
-    double factor;         /* [-] on the loads of u; 0: none */
+    double measure;        /* [-], [J/m^(2d)] or [Pa] */
+    double factor;         /* [-] on u; 0: none */
 } pd_criterion_bond;
 
 #define pd_criterion_build PD_NAME(pd_criterion_build)
@@ -52,9 +52,9 @@ typedef struct pd_criterion_bond {
  * without a lattice or with another kind, a material that lacks energies of bonds or stress. */
 PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
                                     pd_criterion *criterion);
-/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager, 0 to
- * 1: 0: only those of the largest measure, 1: all; between, those above that part of the way down from the largest to
- * the critical one. Returns how many. The material has to be updated then. */
+/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
+ * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
+ * critical one. Returns how many. The material has to be updated then. */
 PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
 /* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
  * Energies grow like its square: exact where forces are linear. */

@@ -121,7 +121,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     return 1;
 }
 
-/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: 8.3). */
+/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: eq. 8.27). */
 static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
 {
     double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
@@ -157,7 +157,7 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
-/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.3). */
+/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.9). */
 static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
@@ -261,7 +261,8 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
             if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
-            for (int d = 0; d < PD_DIM; d++) sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
         }
         for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
     }
@@ -345,7 +346,8 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
 /* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
 static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
 {
-    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM], none[PD_DIM] = {0.0}, swell = 1.0;
+    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
+    double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_bond bond;
     for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
         if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
@@ -405,7 +407,7 @@ static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, i
     pdi_ordinary_run(ctx, o, 1, u, force);
 }
 
-/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.14). */
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
 static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
 {
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);

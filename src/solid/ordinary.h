@@ -7,7 +7,7 @@
  *
  * In a family that is the same in all directions this is the solid of Silling et al. 2007, with the bulk modulus and
  * the shear modulus as its two constants. In any other, on a lattice or at a surface, it keeps Hooke's law for all
- * strains (theory: 8.3). Other ways of mending surfaces are there to compare.
+ * strains (theory: 8.9). Other ways of mending surfaces are there to compare.
  *
  * Sources: Silling, Epton, Weckner, Xu and Askari 2007 (linear peridynamic solid); Mitchell, Silling and Littlewood
  * 2015 (position-aware); Le and Bobaru 2018 (energy and volume methods).
@@ -34,8 +34,8 @@ typedef struct pd_ordinary_desc {
     int linear;     /* 1: displacements are small; 0: of any size */
     const double *stiff; /* [count] [-] part of E that a point has; NULL: 1. Borrowed, may change before an update */
     int loose;      /* 1: a point whose bonds do not tell all strains loses them; 0: it is an error */
-    int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not; PD_ORDINARY_
-                     * POSITION needs no such choice */
+    int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not;
+                     * PD_ORDINARY_POSITION needs no such choice */
 } pd_ordinary_desc;
 
 typedef struct pd_ordinary {
@@ -43,7 +43,7 @@ typedef struct pd_ordinary {
     pd_body *body;
     double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
     double shear;       /* [-] a: bonds count 1 + a q by direction, as those of pd_microelastic */
-    double anisotropy;  /* [-] Zener's ratio of the lattice: shear along its axes over that along diagonals; 0: unknown */
+    double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
@@ -66,8 +66,8 @@ typedef struct pd_ordinary {
  * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_POSITION), there are none, or a
  * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
 PD_API pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary);
-/* What solvers see. The stress is that of the family: sum V_j t y y^T/|y| over its deformed volume; in plane stress over
- * its area and the thickness that it had. `force` returns PD_RETRY where a bond has no length. */
+/* What solvers see. The stress is that of the family: sum V_j t y y^T/|y| over its deformed volume; in plane stress
+ * over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no length. */
 PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
 PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
 

@@ -24,8 +24,8 @@ typedef struct pd_solid {
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
-    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is sum V_j energy_ij.
-     * A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
+     * sum V_j energy_ij. A bond has that of both its ends; a broken one has none. NULL: unknown. */
     void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);

@@ -8,7 +8,7 @@
 #include "core/vec.h"
 
 #ifdef PDI_INTERNAL
-enum { PDI_STRAIN_PACK = PDI_SYM * (PDI_SYM + 1) / 2 };
+#define PDI_STRAIN_PACK (PDI_SYM * (PDI_SYM + 1) / 2)
 #define PDI_STRAIN_ROOT2 1.41421356237309504880
 
 /* x x^T. */
