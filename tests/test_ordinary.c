@@ -312,7 +312,7 @@ static void shake(solid_case *c, double *u, double size, uint32_t seed)
 TEST(derivative)
 {
     double sums = 0.0, slope = 0.0, second = 0.0, skew = 0.0, bonds = 0.0;
-    for (int way = 0; way < 16; way++) {
+    for (int way = 0; way < 16; way += PD_DIM == 3 ? 3 : 1) {
         pd_solid s;
         solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
         pd_ordinary_desc d = steel(0.35, way & 1, way % 3, way / 4);
@@ -408,7 +408,7 @@ TEST(step)
 {
     for (int way = 0; way < 12; way++) {
         pd_solid s;
-        solid_case *c = block(PD_DIM == 3 ? 6 : cells(), way % 3 == 1 ? 2.5 : 2.0, 1.0, way % 3 == 2 ? 0.4 : 0.0);
+        solid_case *c = block(PD_DIM == 3 ? 5 : cells(), way % 3 == 1 ? 2.5 : 2.0, 1.0, way % 3 == 2 ? 0.4 : 0.0);
         pd_ordinary_desc d = steel(way & 1 ? 0.45 : 0.2, 0, 0, way / 3);
         double square = 0.0;
         if (!c || !make(c, &d, &s)) return;
@@ -537,7 +537,7 @@ static double radius(const double *x)
 /* Cells that the ring or shell from 1 to 2 cuts: points at the middle of what lies in it, with its volume. */
 static solid_case *ring(double h, double m)
 {
-    enum { parts = PD_DIM == 3 ? 6 : 16 };
+    enum { parts = PD_DIM == 3 ? 4 : 16 };
     solid_case *c = case_begin();
     int n = (int)floor(4.0 / h + 0.5), all = 1, samples = 1;
     for (int d = 0; d < PD_DIM; d++) all *= n, samples *= parts;
@@ -578,7 +578,7 @@ static double ring_error(double h, double m, double nu, int plane, int surface)
     for (int32_t i = 0; i < c->body.count; i++)
         for (int k = 0; k < PD_DIM; k++)
             if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + k] = s.edge[i * PD_DIM + k];
-    int steps = case_solve(c, &s, 1e-8);
+    int steps = case_solve(c, &s, PD_DIM == 3 ? 1e-6 : 1e-8);
     for (int32_t i = 0; i < c->body.count; i++) {
         double r = radius(c->position + i * PD_DIM), exact = lame(r, nu, plane);
         size += c->volume[i] * exact * exact;
