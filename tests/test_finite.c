@@ -1,0 +1,610 @@
+/* test_finite: large strains of bodies of any shape, against uniform fields, closed forms and differences.
+ * dims: 1 2 3 */
+#include "solid_case.h"
+#include "solid/finite.h"
+#include "solid/tensor.h"
+
+#define E 45e9
+enum { WAYS = 24 };
+
+static double u[MOST * PD_DIM], v[MOST * PD_DIM], w[MOST * PD_DIM];
+static double force[MOST * PD_DIM], other[MOST * PD_DIM], kept[MOST * PD_DIM], stress[MOST * T];
+
+static const char *const names[3] = {"neo-Hookean", "Hencky", "J2"};
+
+/* Law way % 3 with control way / 3 % 3, and each influence, plane and Poisson ratio. */
+static pd_finite_desc desc_of(int way)
+{
+    static const double ratios[4] = {0.3, 0.0, 0.45, 0.2};
+    pd_finite_desc d;
+    memset(&d, 0, sizeof d);
+    d.law.kind = (pd_finite_kind)(way % 3);
+    d.control = (pd_finite_control)(way / 3 % 3);
+    d.law.young = E;
+    d.law.poisson = ratios[way / 2 % 4];
+    d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
+    d.influence = (pd_influence)(way / 5 % 3);
+    d.penalty = 0.5;
+    d.law.yield = 3e-3 * E;
+    d.law.hardening = way & 4 ? 0.0 : 0.05 * E;
+    d.law.saturation = way & 8 ? 6e-3 * E : 0.0;
+    d.law.rate = 20.0;
+    return d;
+}
+
+static pd_solid build(solid_case *c, const pd_finite_desc *d, pd_finite *f)
+{
+    CHECK_OK(&c->ctx, pd_finite_build(&c->ctx, &c->body, d, f));
+    return pd_finite_solid(f);
+}
+
+static void end(solid_case *c, pd_finite *f)
+{
+    pd_finite_free(&c->ctx, f);
+    pd_body_free(&c->ctx, &c->body);
+    CHECK_INT(c->ctx.in_use, 0);
+}
+
+static pdi_finite_moduli moduli(const pd_finite_desc *d)
+{
+    pd_ctx ctx;
+    pdi_finite_moduli m;
+    pd_ctx_init(&ctx);
+    CHECK_OK(&ctx, pdi_finite_law_make(&ctx, &d->law, &m));
+    return m;
+}
+
+/* ---- laws at one place ---- */
+
+/* Stress is the derivative of the energy, and the tangent that of the stress: symmetric. It turns with the place. So
+ * also behind a history of yielding. */
+TEST(derivatives)
+{
+    for (int way = 0; way < WAYS; way++) {
+        pd_finite_desc d = desc_of(way);
+        pdi_finite_moduli m = moduli(&d);
+        uint32_t seed = 100u + (uint32_t)way;
+        double state[PDI_FINITE_STATE] = {0.0}, f[T], p[T], worst[3] = {0.0}, across = 0.0;
+        double *s = d.law.kind == PD_FINITE_J2 ? state : NULL;
+        for (int k = 0; k < 3 && s; k++) {
+            solid_gradient(&seed, 0.02, f);
+            pdi_finite_law_commit(&m, f, s);
+        }
+        solid_gradient(&seed, 0.3, f);
+        CHECK(pdi_finite_law_stress(&m, f, s, p));
+        double tangent[T][T], size = 0.0;
+        for (int k = 0; k < T; k++) {
+            double df[T] = {0.0}, up[T], down[T], high[T], low[T], h = 1e-6;
+            df[k] = 1.0;
+            pdi_finite_law_tangent(&m, f, s, df, tangent[k]);
+            for (int q = 0; q < T; q++) up[q] = f[q] + h * df[q], down[q] = f[q] - h * df[q];
+            double slope = (pdi_finite_law_energy(&m, up, s) - pdi_finite_law_energy(&m, down, s)) / (2.0 * h);
+            worst[0] = fmax(worst[0], fabs(slope - p[k]));
+            pdi_finite_law_stress(&m, up, s, high);
+            pdi_finite_law_stress(&m, down, s, low);
+            for (int q = 0; q < T; q++) {
+                worst[1] = fmax(worst[1], fabs((high[q] - low[q]) / (2.0 * h) - tangent[k][q]));
+                size = fmax(size, fabs(tangent[k][q]));
+            }
+        }
+        for (int k = 0; k < T; k++)
+            for (int q = 0; q < k; q++) across = fmax(across, fabs(tangent[k][q] - tangent[q][k]));
+        CHECK_LE(worst[0], 1e-8 * size);
+        CHECK_LE(worst[1], 1e-8 * size);
+        CHECK_LE(across, 2e-14 * size);
+        /* turned */
+        double turn[T], both[T], after[T], expected[T];
+        solid_gradient(&seed, 0.0, turn);
+        pdi_tensor_product(turn, f, both);
+        pdi_tensor_product(turn, p, expected);
+        pdi_finite_law_stress(&m, both, s, after);
+        for (int k = 0; k < T; k++) CHECK_NEAR(after[k], expected[k], 1e-14 * size);
+    }
+}
+
+/* Principal values that meet: the tangent is that of differences beside. */
+TEST(equal_stretches)
+{
+    for (int way = 0; way < WAYS; way++) {
+        pd_finite_desc d = desc_of(way);
+        pdi_finite_moduli m = moduli(&d);
+        for (int k = 0; k < 6; k++) {
+            double f[T] = {0.0}, df[T], dp[T], near[T], apart = k ? pow(10.0, -2.0 * k) : 0.0;
+            for (int a = 0; a < PD_DIM; a++) f[a * (PD_DIM + 1)] = 1.05 + apart * a;
+            for (int q = 0; q < T; q++) df[q] = 0.3 + 0.1 * q;
+            pdi_finite_law_tangent(&m, f, NULL, df, dp);
+            double up[T], down[T], low[T], h = 1e-6;
+            for (int q = 0; q < T; q++) up[q] = f[q] + h * df[q], down[q] = f[q] - h * df[q];
+            CHECK(pdi_finite_law_stress(&m, up, NULL, near));
+            CHECK(pdi_finite_law_stress(&m, down, NULL, low));
+            for (int q = 0; q < T; q++) CHECK_NEAR(dp[q], (near[q] - low[q]) / (2.0 * h), 3e-9 * E);
+        }
+    }
+}
+
+/* Isochoric stretch (e, -e, 0), in 1D a bar of strain e: tau and the plastic strain along it are known in closed form,
+ * for linear hardening and saturation, in one step or many, and back. */
+TEST(yielding)
+{
+    for (int way = 0; way < 8; way++) {
+        pd_finite_desc d = desc_of(2 + 4 * way);
+        d.law.kind = PD_FINITE_J2;
+        d.law.plane = PD_PLANE_STRAIN;
+        d.law.hardening = way & 1 ? 0.05 * E : 0.0;
+        d.law.saturation = way & 2 ? 2.0 * d.law.yield : 0.0;
+        pdi_finite_moduli m = moduli(&d);
+        double shear = PD_DIM == 1 ? E : 2.0 * sqrt(3.0) * m.mu; /* equivalent stress over e */
+        double back = PD_DIM == 1 ? E : 3.0 * m.mu, factor = PD_DIM == 1 ? 1.0 : 1.0 / sqrt(3.0);
+        double once[PDI_FINITE_STATE] = {0.0}, steps[PDI_FINITE_STATE] = {0.0}, f[T], p[T], most = 0.02;
+        /* the yield stress at the plastic strain a is the stress at the strain (Y + back a)/shear */
+        double grown = way & 2 ? d.law.yield * -expm1(-d.law.rate * most) : 0.0;
+        double yield = d.law.yield + d.law.hardening * most + grown, strain = (yield + back * most) / shear;
+        for (int k = 1; k <= 10; k++) {
+            for (int q = 0; q < T; q++) f[q] = q % (PD_DIM + 1) ? 0.0 : 1.0;
+            f[0] = exp(strain * k / 10.0);
+            if (PD_DIM > 1) f[PD_DIM + 1] = 1.0 / f[0];
+            if (k < 10 || way & 4) pdi_finite_law_commit(&m, f, steps);
+        }
+        pdi_finite_law_stress(&m, f, once, p);
+        CHECK_REL(p[0] * f[0], factor * yield, 1e-13);
+        pdi_finite_law_stress(&m, f, steps, p);
+        CHECK_REL(p[0] * f[0], factor * yield, 1e-12);
+        pdi_finite_law_commit(&m, f, steps);
+        pdi_finite_law_commit(&m, f, once);
+        CHECK_REL(once[PDI_FINITE_STATE - 1], most, 1e-12);
+        for (int k = 0; k < PDI_FINITE_STATE; k++) CHECK_NEAR(steps[k], once[k], 1e-14);
+        /* back by less than twice the yield stress, and nearly forth: no plastic strain, no drift */
+        memcpy(steps, once, sizeof once);
+        for (int k = 0; k < 1000; k++) {
+            double elastic = 1e-9 + 1.9 * (k % 5) / 4.0, part = strain - elastic * yield / shear;
+            f[0] = exp(part);
+            if (PD_DIM > 1) f[PD_DIM + 1] = exp(-part);
+            pdi_finite_law_stress(&m, f, steps, p);
+            CHECK_NEAR(p[0] * f[0], factor * yield * (1.0 - elastic), 1e-12 * yield);
+            pdi_finite_law_commit(&m, f, steps);
+        }
+        CHECK(memcmp(steps, once, sizeof once) == 0);
+        /* and it yields the other way */
+        double part = strain - 2.5 * yield / shear, work = once[PDI_FINITE_STATE - 1];
+        f[0] = exp(part);
+        if (PD_DIM > 1) f[PD_DIM + 1] = exp(-part);
+        pdi_finite_law_commit(&m, f, steps);
+        CHECK(steps[PDI_FINITE_STATE - 1] > work);
+    }
+}
+
+/* Below yield nothing is left behind, and the energy is that of Hencky's law. Flow keeps the volume. */
+TEST(plastic_volume)
+{
+    pd_finite_desc d = desc_of(2);
+    pdi_finite_moduli m = moduli(&d), elastic = m;
+    double state[PDI_FINITE_STATE] = {0.0}, none[PDI_FINITE_STATE] = {0.0}, f[T] = {0.0}, g[T];
+    uint32_t seed = 4;
+    elastic.law.kind = PD_FINITE_HENCKY;
+    solid_gradient(&seed, 1e-3, f);
+    pdi_finite_law_commit(&m, f, state);
+    CHECK(memcmp(state, none, sizeof none) == 0);
+    CHECK_NEAR(pdi_finite_law_energy(&m, f, state), pdi_finite_law_energy(&elastic, f, NULL), 1e-25 * E);
+    for (int k = 0; k < 1000; k++) {
+        solid_gradient(&seed, 0.1, f);
+        pdi_finite_law_commit(&m, f, state);
+    }
+    for (int p = 0, k = 0; p < PD_DIM; p++)
+        for (int q = p; q < PD_DIM; q++, k++) {
+            g[p * PD_DIM + q] = state[k] + (p == q ? 1.0 : 0.0);
+            g[q * PD_DIM + p] = g[p * PD_DIM + q];
+        }
+    double turned[T], det = pdi_tensor_cofactor(g, turned);
+    if (PD_DIM < 3) det *= pow(1.0 + state[PDI_FINITE_STATE - 2], 3 - PD_DIM);
+    NOTE("after 1000 strains of 10 %%: equivalent plastic strain %.0f, volume off by %.1e", state[PDI_FINITE_STATE - 1],
+         det - 1.0);
+    CHECK_NEAR(det, 1.0, 1e-12);
+}
+
+/* ---- uniform fields ---- */
+
+/* A uniform gradient of any size in a body of any shape: the stress is that of the law at every point, and the loads of
+ * its tractions hold it, for all laws, influences, controls and horizons. */
+TEST(patch)
+{
+    double worst = 0.0;
+    uint32_t seed = 8;
+    for (int way = 0; way < WAYS; way++) {
+        pd_finite_desc d = desc_of(way);
+        pd_finite f;
+        double g[T], p[T], sigma[T], state[PDI_FINITE_STATE] = {0.0}, size = 0.0, largest = 0.0;
+        solid_case *c = solid_block(CELLS, way % 2 + 1.5, way & 1, way & 2 ? 0.5 : 0.0);
+        if (!c) return;
+        pd_solid s = build(c, &d, &f);
+        pdi_finite_moduli m = moduli(&d);
+        solid_gradient(&seed, 0.6, g);
+        CHECK(pdi_finite_law_stress(&m, g, state, p));
+        CHECK(pdi_finite_law_cauchy(&m, g, state, sigma));
+        for (int k = 0; k < T; k++) size = fmax(size, fabs(p[k]) + fabs(sigma[k]));
+        solid_stretch(c, g, 0.0, 0, u);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+        s.stress(&c->ctx, s.self, u, stress);
+        for (int32_t i = 0; i < c->body.count; i++)
+            for (int a = 0; a < PD_DIM; a++) {
+                double held = force[i * PD_DIM + a];
+                for (int b = 0; b < PD_DIM; b++) held -= p[a * PD_DIM + b] * s.edge[i * PD_DIM + b];
+                largest = fmax(largest, fabs(held) * c->desc.horizon);
+                for (int b = 0; b < PD_DIM; b++)
+                    largest = fmax(largest, fabs(stress[i * T + a * PD_DIM + b] - sigma[a * PD_DIM + b]));
+            }
+        size = fmax(size, 0.1 * E); /* of what strains would do without yielding */
+        double volume = 0.0;
+        for (int32_t i = 0; i < c->body.count; i++) volume += c->volume[i];
+        CHECK_REL(s.energy(&c->ctx, s.self, u), volume * pdi_finite_law_energy(&m, g, state), 1e-12);
+        worst = fmax(worst, largest / size);
+        end(c, &f);
+    }
+    NOTE("largest deviation %.1e of the stress", worst);
+    CHECK_LE(worst, 1e-12);
+}
+
+/* The neo-Hookean stress in closed form; in plane stress and 1D the directions left out bear none. */
+TEST(neo_hookean)
+{
+    uint32_t seed = 2;
+    for (int way = 0; way < 4; way++) {
+        pd_finite_desc d = desc_of(0);
+        d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
+        d.law.poisson = 0.15 * way;
+        pdi_finite_moduli m = moduli(&d);
+        double f[T], p[T], turned[T], low = -3.0, high = 3.0;
+        solid_gradient(&seed, 0.5, f);
+        double det = pdi_tensor_cofactor(f, turned);
+        for (int k = 0; k < 200 && m.free; k++) {
+            double y = 0.5 * (low + high), rest = m.mu * (exp(2.0 * y) - 1.0) + m.lambda * (log(det) + m.free * y);
+            *(rest > 0.0 ? &high : &low) = y;
+        }
+        double log_j = log(det) + m.free * low;
+        CHECK(pdi_finite_law_stress(&m, f, NULL, p));
+        for (int k = 0; k < T; k++)
+            CHECK_NEAR(p[k], m.mu * (f[k] - turned[k] / det) + m.lambda * log_j * turned[k] / det, 1e-13 * E);
+    }
+}
+
+/* A body that turns as a whole has no force and no energy. */
+TEST(rigid)
+{
+    for (int way = 0; way < 9; way++) {
+        pd_finite_desc d = desc_of(way);
+        pd_finite f;
+        uint32_t seed = 17;
+        double g[T], largest = 0.0;
+        solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.5);
+        if (!c) return;
+        pd_solid s = build(c, &d, &f);
+        solid_gradient(&seed, 0.0, g);
+        solid_stretch(c, g, 0.0, 0, u);
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] += 7e-4;
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) largest = fmax(largest, fabs(force[k]));
+        CHECK_LE(largest * c->desc.horizon, 1e-12 * E);
+        CHECK_LE(fabs(s.energy(&c->ctx, s.self, u)), 1e-15 * E * pow(1e-3, PD_DIM));
+        end(c, &f);
+    }
+}
+
+/* ---- any fields ---- */
+
+/* Forces and their moments add up to nothing; they are the derivative of the energy; the tangent is theirs, and
+ * symmetric. */
+TEST(balance)
+{
+    double worst[3] = {0.0};
+    for (int way = 0; way < 18; way++) {
+        pd_finite_desc d = desc_of(way);
+        pd_finite f;
+        uint32_t seed = 20u + (uint32_t)way;
+        double g[T], size = 0.0, cell = 1e-3 / CELLS, h = 1e-6 * cell;
+        solid_case *c = solid_block(PD_DIM == 3 ? 6 : 12, 2.0, 1.0, 0.3);
+        if (!c) return;
+        pd_solid s = build(c, &d, &f);
+        int32_t n = c->body.count * PD_DIM;
+        if (s.commit) {
+            solid_gradient(&seed, 0.02, g);
+            solid_stretch(c, g, 0.01 * cell, 6, u);
+            CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
+        }
+        solid_gradient(&seed, 0.1, g);
+        solid_stretch(c, g, 0.02 * cell, 5, u);
+        for (int32_t k = 0; k < n; k++) v[k] = random_real(&seed), w[k] = random_real(&seed);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, kept));
+        s.tangent(&c->ctx, s.self, w, other);
+        double cross = solid_work(c, v, other), square = 0.0, error = 0.0;
+        s.tangent(&c->ctx, s.self, v, other);
+        double norm = sqrt(solid_work(c, other, other) * solid_work(c, w, w));
+        worst[0] = fmax(worst[0], fabs(cross - solid_work(c, w, other)) / norm);
+        for (int32_t k = 0; k < n; k++) size += c->volume[k / PD_DIM] * fabs(kept[k]);
+        for (int a = 0; a < PD_DIM; a++) {
+            double sum = 0.0, moment = 0.0;
+            int b = (a + 1) % PD_DIM;
+            for (int32_t i = 0; i < c->body.count; i++) {
+                const double *x = c->position + i * PD_DIM, *q = kept + i * PD_DIM, *y = u + i * PD_DIM;
+                sum += c->volume[i] * q[a];
+                moment += c->volume[i] * ((x[a] + y[a]) * q[b] - (x[b] + y[b]) * q[a]);
+            }
+            CHECK_NEAR(sum, 0.0, 1e-13 * size);
+            CHECK_NEAR(moment, 0.0, 2e-16 * size);
+        }
+        for (int32_t k = 0; k < n; k++) w[k] = u[k] + h * v[k];
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, w, force));
+        double energy = s.energy(&c->ctx, s.self, w);
+        for (int32_t k = 0; k < n; k++) w[k] = u[k] - h * v[k];
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, w, stress));
+        energy -= s.energy(&c->ctx, s.self, w);
+        for (int32_t k = 0; k < n; k++) {
+            square += other[k] * other[k];
+            error += pow((force[k] - stress[k]) / (2.0 * h) - other[k], 2.0);
+        }
+        worst[1] = fmax(worst[1], sqrt(error / square));
+        worst[2] = fmax(worst[2], fabs(energy / (2.0 * h) + solid_work(c, v, kept)) / sqrt(solid_work(c, kept, kept) *
+                                                                                       solid_work(c, v, v)));
+        end(c, &f);
+    }
+    NOTE("tangent: symmetric to %.1e, off differences by %.1e; energy: off by %.1e", worst[0], worst[1], worst[2]);
+    CHECK_LE(worst[0], 1e-14);
+    CHECK_LE(worst[1], 1e-7);
+    CHECK_LE(worst[2], 1e-7);
+}
+
+/* Work along a path of large displacements is the energy at its end, through yielding and back. */
+TEST(work)
+{
+    for (int way = 0; way < 3; way++) {
+        pd_finite_desc d = desc_of(way);
+        pd_finite f;
+        uint32_t seed = 5;
+        double sum = 0.0, steps = PD_DIM == 3 ? 60.0 : 200.0, most = 0.0;
+        solid_case *c = solid_block(PD_DIM == 3 ? 5 : 10, 2.0, 1.0, 0.0);
+        if (!c) return;
+        pd_solid s = build(c, &d, &f);
+        int32_t n = c->body.count * PD_DIM;
+        for (int32_t k = 0; k < n; k++) v[k] = 0.3 * c->position[k] + 1e-6 * random_real(&seed);
+        for (int32_t k = 0; k < n; k++) w[k] = c->position[k - k % PD_DIM] * (k % PD_DIM ? 0.4 : 0.1);
+        for (int step = 0; step < (int)steps; step++) {
+            /* Gauss's two places of a step: what has yielded at the first is kept for the second */
+            double at[2] = {step + 0.5 - 0.5 / sqrt(3.0), step + 0.5 + 0.5 / sqrt(3.0)};
+            for (int gauss = 0; gauss < 2; gauss++) {
+                double t = at[gauss] / steps, first = 0.1 * sin(6.0 * t), slope = 0.6 * cos(6.0 * t);
+                for (int32_t k = 0; k < n; k++) u[k] = first * v[k] + t * t * w[k], other[k] = slope * v[k] + 2.0 * t * w[k];
+                CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+                sum -= 0.5 * solid_work(c, other, force) / steps;
+                if (s.commit) CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
+            }
+        }
+        for (int32_t k = 0; k < n; k++) u[k] = 0.1 * sin(6.0) * v[k] + w[k];
+        double energy = s.energy(&c->ctx, s.self, u);
+        pd_finite_plastic(&c->ctx, &f, stress);
+        for (int32_t i = 0; i < c->body.count; i++) most = fmax(most, stress[i]);
+        NOTE("%s: work %.8g, energy %.8g, plastic strain %.2g", names[way], sum, energy, most);
+        CHECK_REL(sum, energy, way == 2 ? 1e-4 : 1e-8);
+        CHECK((most > 0.0) == (way == 2));
+        end(c, &f);
+    }
+}
+
+/* Energy of displacements at point i [Pa] in a solid of springs of the same shear modulus (theory: eq. 8.6), nu = 1/4. */
+static double springs(const solid_case *c, const pd_finite *f, int32_t i, const double *x)
+{
+    double modulus = 0.0, energy = 0.0;
+    for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+        double xi[PD_DIM], along = 0.0, r, shear;
+        pdi_body_bond(&c->body, i, b, xi);
+        r = sqrt(pdi_tensor_dot(xi, xi));
+        for (int q = 0; q < PD_DIM; q++) along += (x[c->body.column[b] * PD_DIM + q] - x[i * PD_DIM + q]) * xi[q] / r;
+        shear = PD_DIM == 1 ? r : xi[0] * xi[0] * xi[PD_DIM - 1] * xi[PD_DIM - 1] / (r * r * r);
+        modulus += 0.5 * (double)f->weight[b] * shear * c->volume[0];
+        energy += 0.25 * (double)f->weight[b] * along * along / r * c->volume[0];
+    }
+    return energy * (PD_DIM == 1 ? E : f->mu) / modulus;
+}
+
+/* A pattern of one cell in the bulk: bonds with gradients of their own resist half as much as a solid of springs, which
+ * has no such patterns, or more, and so do the springs against strays. Plain correspondence does not resist at all. */
+TEST(checkerboard)
+{
+    for (int way = 0; way < 9; way++) {
+        pd_finite_desc d = desc_of(0);
+        pd_finite f;
+        int n = 15;
+        double strain = 1e-4, cell = 1e-3 / n;
+        solid_case *c = solid_cells(n, 3.0, 1.0, 0.0, 1);
+        if (!c) return;
+        d.law.poisson = 0.25;
+        d.control = (pd_finite_control)(way % 3);
+        d.influence = (pd_influence)(way / 3);
+        pd_solid s = build(c, &d, &f);
+        for (int32_t i = 0; i < c->body.count; i++) {
+            int sum = 0;
+            for (int q = 0; q < PD_DIM; q++) sum += (int)floor(c->position[i * PD_DIM + q] / cell);
+            for (int q = 0; q < PD_DIM; q++) u[i * PD_DIM + q] = 0.0;
+            u[i * PD_DIM] = 0.5 * strain * cell * (sum & 1 ? 1.0 : -1.0);
+        }
+        memset(v, 0, sizeof v);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, v, force));
+        s.tangent(&c->ctx, s.self, u, force);
+        int32_t centre = c->body.count / 2;
+        double energy = -0.5 * u[centre * PD_DIM] * force[centre * PD_DIM], share = energy / springs(c, &f, centre, u);
+        NOTE("influence %d, control %d: %.3f of springs, %.3f of mu strain^2/2", way / 3, way % 3, share,
+             energy / (0.5 * f.mu * strain * strain));
+        if (d.control != PD_FINITE_PLAIN) CHECK(share > 0.5);
+        else CHECK_NEAR(share, 0.0, 1e-12);
+        end(c, &f);
+    }
+}
+
+/* The longest stable step is no longer than the true one, which power iterations find, and not much shorter. */
+TEST(limit)
+{
+    for (int control = 0; control < 2; control++) {
+        pd_finite_desc d = desc_of(0);
+        pd_finite f;
+        uint32_t seed = 6;
+        double density = 7800.0, value = 0.0;
+        solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.0);
+        if (!c) return;
+        d.control = (pd_finite_control)control;
+        pd_solid s = build(c, &d, &f);
+        int32_t n = c->body.count * PD_DIM;
+        memset(u, 0, sizeof u);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+        for (int32_t k = 0; k < n; k++) v[k] = random_real(&seed);
+        for (int round = 0; round < 100; round++) {
+            double size = sqrt(solid_work(c, v, v));
+            for (int32_t k = 0; k < n; k++) v[k] /= size;
+            s.tangent(&c->ctx, s.self, v, w);
+            value = -solid_work(c, v, w);
+            memcpy(v, w, sizeof v);
+        }
+        double longest = 2.0 * sqrt(density / value), given = s.limit(s.self, density);
+        NOTE("control %d: limit %.3g s, %.2f of the longest stable step", control, given, given / longest);
+        CHECK_LE(given, longest);
+        CHECK(given > 0.3 * longest);
+        end(c, &f);
+    }
+}
+
+/* Blocks are symmetric, positive, and of the size of the true ones. */
+TEST(blocks)
+{
+    for (int control = 0; control < 3; control++) {
+        pd_finite_desc d = desc_of(0);
+        pd_finite f;
+        double least = HUGE_VAL, most = 0.0;
+        solid_case *c = solid_block(PD_DIM == 3 ? 5 : 10, 2.0, 1.0, 0.0);
+        if (!c) return;
+        d.control = (pd_finite_control)control;
+        pd_solid s = build(c, &d, &f);
+        memset(u, 0, sizeof u);
+        CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+        s.blocks(&c->ctx, s.self, stress);
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
+            memset(v, 0, sizeof v);
+            v[k] = 1.0;
+            s.tangent(&c->ctx, s.self, v, w);
+            double truth = -c->volume[k / PD_DIM] * w[k], given = stress[k / PD_DIM * T + k % PD_DIM * (PD_DIM + 1)];
+            least = fmin(least, given / truth);
+            most = fmax(most, given / truth);
+        }
+        NOTE("control %d: blocks are %.2f to %.2f of the true ones", control, least, most);
+        CHECK(least > 0.2);
+        CHECK_LE(most, 5.0);
+        end(c, &f);
+    }
+}
+
+/* The order of the points does not matter, to the last bit, and neither do threads. */
+TEST(order_and_threads)
+{
+    static double x[MOST * PD_DIM], volume[MOST];
+    for (int way = 0; way < 3; way++)
+        for (int run = 0; run < 3; run++) {
+            pd_finite_desc d = desc_of(way);
+            pd_finite f;
+            double g[T];
+            uint32_t seed = 9;
+            solid_case *c = solid_block(CELLS, 2.5, 1.0, 0.5);
+            if (!c) return;
+            int32_t n = c->body.count;
+            solid_gradient(&seed, 0.1, g);
+            solid_stretch(c, g, 1e-6, 9, u);
+            if (run == 1) {
+                pd_body_free(&c->ctx, &c->body);
+                for (int32_t i = 0; i < n; i++) {
+                    volume[n - 1 - i] = c->volume[i];
+                    memcpy(x + (n - 1 - i) * PD_DIM, c->position + i * PD_DIM, PD_DIM * sizeof *x);
+                    memcpy(w + (n - 1 - i) * PD_DIM, u + i * PD_DIM, PD_DIM * sizeof *x);
+                }
+                memcpy(c->position, x, sizeof x);
+                memcpy(c->volume, volume, sizeof volume);
+                memcpy(u, w, sizeof w);
+                if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return;
+            }
+            if (run == 2) c->ctx.threads = 3;
+            pd_solid s = build(c, &d, &f);
+            if (s.commit) CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
+            for (int32_t k = 0; k < n * PD_DIM; k++) v[k] = 0.9 * u[k];
+            CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, v, other));
+            s.tangent(&c->ctx, s.self, u, force);
+            for (int32_t k = 0; k < n * PD_DIM; k++) force[k] += other[k];
+            if (!run) memcpy(kept, force, sizeof kept);
+            for (int32_t i = 0; i < n; i++)
+                CHECK(memcmp(kept + i * PD_DIM, force + (run == 1 ? n - 1 - i : i) * PD_DIM, PD_DIM * sizeof *x) == 0);
+            end(c, &f);
+        }
+}
+
+/* A factor of the stiffness of points: the law's energy takes it, and the forces are still its derivative. */
+TEST(heterogeneous)
+{
+    static double factor[MOST];
+    pd_finite_desc d = desc_of(0);
+    pd_finite f;
+    uint32_t seed = 3;
+    double g[T], h = 1e-10;
+    solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.3);
+    if (!c) return;
+    for (int32_t i = 0; i < c->body.count; i++) factor[i] = random_between(&seed, 0.1, 3.0);
+    d.stiffness = factor;
+    pd_solid s = build(c, &d, &f);
+    solid_gradient(&seed, 0.2, g);
+    solid_stretch(c, g, 1e-6, 4, u);
+    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) v[k] = random_real(&seed);
+    CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
+    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) w[k] = u[k] + h * v[k], other[k] = u[k] - h * v[k];
+    double slope = (s.energy(&c->ctx, s.self, w) - s.energy(&c->ctx, s.self, other)) / (2.0 * h);
+    CHECK_REL(slope, -solid_work(c, v, force), 1e-6);
+    factor[3] = 0.0;
+    CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_ARGUMENT);
+    CHECK(strstr(c->ctx.message, "point 3") != NULL);
+    end(c, &f);
+}
+
+/* ---- input ---- */
+
+TEST(bad_input)
+{
+    pd_finite_desc good = desc_of(2), d;
+    pd_finite f;
+    solid_case *c = solid_block(CELLS, 2.0, 0.0, 0.0);
+    if (!c) return;
+    d = good, d.law.young = 0.0;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.law.poisson = 0.5;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.law.yield = NAN;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.law.hardening = -1.0;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.law.saturation = 0.5 * d.law.yield;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.law.saturation = NAN;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.control = PD_FINITE_SILLING, d.penalty = 0.0;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    /* inside out */
+    pd_solid s = build(c, &good, &f);
+    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] = -(k % PD_DIM == 0) * 2.0 * c->position[k];
+    CHECK_INT(s.force(&c->ctx, s.self, u, force), PD_RETRY);
+    CHECK(s.energy(&c->ctx, s.self, u) > 1e300);
+    u[0] = NAN;
+    CHECK_INT(s.force(&c->ctx, s.self, u, force), PD_RETRY);
+    pd_finite_free(&c->ctx, &f);
+    /* bonds of a point that are broken but for one line */
+    pd_body_free(&c->ctx, &c->body);
+    c->desc.count = PD_DIM == 1 ? 1 : 6;
+    for (int32_t i = 0; i < c->desc.count; i++)
+        for (int a = 0; a < PD_DIM; a++) c->position[i * PD_DIM + a] = i * 1e-5 * (a + 1);
+    if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &good, &f), PD_ERR_GEOMETRY);
+    CHECK(strstr(c->ctx.message, "point 0") != NULL);
+    end(c, &f);
+}
+
+TEST_MAIN(ENTRY(derivatives) ENTRY(equal_stretches) ENTRY(yielding) ENTRY(plastic_volume) ENTRY(patch)
+              ENTRY(neo_hookean) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard) ENTRY(limit) ENTRY(blocks)
+              ENTRY(order_and_threads) ENTRY(heterogeneous) ENTRY(bad_input))
