@@ -1,7 +1,7 @@
 /* test_finite: large strains of bodies of any shape, against uniform fields, closed forms and differences.
  * dims: 1 2 3 */
-#include "solid_case.h"
 #include "solid/finite.h"
+#include "solid_newton.h"
 #include "solid/tensor.h"
 
 #define E 45e9
@@ -576,6 +576,112 @@ TEST(heterogeneous)
     end(c, &f);
 }
 
+/* ---- equilibrium ---- */
+
+/* Holds the first points of the body that span it, at u. */
+static void hold(const solid_case *c, uint8_t *held)
+{
+    int32_t points[3] = {0, c->body.count / 2, c->body.count - 1};
+    memset(held, 0, (size_t)c->body.count * PD_DIM);
+    for (int p = 0; p < PD_DIM; p++)
+        for (int d = 0; d < PD_DIM; d++) held[points[p] * PD_DIM + d] = 1;
+}
+
+/* A neo-Hookean body of any shape that is pulled to twice its length, in steps: the lateral stretch is that without
+ * stress across, and displacements are linear. */
+TEST(uniaxial)
+{
+    static uint8_t held[MOST * PD_DIM];
+    for (int way = 0; way < 2; way++) {
+        pd_finite_desc d = desc_of(0);
+        pd_finite f;
+        int steps = 5, rounds = 0, products = 0;
+        double g[T] = {0.0}, p[T], worst = 0.0;
+        solid_case *c = solid_block(PD_DIM == 3 ? 6 : 12, 2.0, 1.0, 0.3);
+        if (!c) return;
+        d.law.plane = way ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
+        d.law.poisson = 0.4;
+        pd_solid s = build(c, &d, &f);
+        pdi_finite_moduli m = moduli(&d);
+        hold(c, held);
+        memset(u, 0, sizeof u);
+        for (int step = 1; step <= steps; step++) {
+            double pull = 1.0 + 1.0 * step / steps, low = 0.1, high = 1.0;
+            int sides = PD_DIM == 2 && !way ? 1 : 2;
+            for (int k = 0; k < 200; k++) {
+                double t = 0.5 * (low + high), rest = m.mu * (t * t - 1.0) + m.lambda * log(pull * pow(t, sides));
+                *(rest > 0.0 ? &high : &low) = t;
+            }
+            for (int a = 0; a < PD_DIM; a++) g[a * (PD_DIM + 1)] = a ? low : pull;
+            memset(p, 0, sizeof p);
+            p[0] = m.mu * (pull - 1.0 / pull) + m.lambda * log(pull * pow(low, sides)) / pull;
+            solid_stretch(c, g, 0.0, 0, v);
+            for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
+                other[k] = k % PD_DIM ? 0.0 : -p[0] * s.edge[k];
+            solid_newton r = solid_newton_solve(&c->ctx, &s, held, v, other, 1e-11, u);
+            rounds += r.rounds;
+            products += r.products;
+            CHECK_LE(r.residual, 1e-11);
+        }
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) worst = fmax(worst, fabs(u[k] - v[k]));
+        NOTE("%d steps to twice the length: %d rounds, %d products, displacements off by %.1e mm", steps, rounds, products,
+             worst * 1e3);
+        CHECK_LE(worst, 1e-9 * 1e-3);
+        end(c, &f);
+    }
+}
+
+/* A bar that is pulled beyond yield, let go and pulled again: stress, plastic strain and what is left of its length are
+ * known in closed form. In 2D and 3D the bar is free across (plane stress). */
+TEST(bar_of_metal)
+{
+    static uint8_t held[MOST * PD_DIM];
+    pd_finite_desc d = desc_of(2);
+    pd_finite f;
+    double worst = 0.0;
+    int rounds = 0, products = 0;
+    solid_case *c = solid_block(PD_DIM == 3 ? 5 : 10, 2.0, 1.0, 0.0);
+    if (!c) return;
+    d.law.plane = PD_PLANE_STRESS;
+    d.law.poisson = 0.3;
+    d.law.hardening = 0.05 * E;
+    d.law.saturation = 0.0;
+    pd_solid s = build(c, &d, &f);
+    memset(u, 0, sizeof u);
+    hold(c, held);
+    /* what is held: points of the lattice, whose displacements are those of the closed form */
+    static const double strains[5] = {2e-3, 0.02, 0.05, 0.0464, 0.08};
+    double plastic = 0.0;
+    for (int step = 0; step < 5; step++) {
+        double strain = strains[step], tau = E * (strain - plastic), yield = d.law.yield + d.law.hardening * plastic;
+        if (tau > yield) {
+            double grow = (tau - yield) / (E + d.law.hardening);
+            plastic += grow;
+            tau -= E * grow;
+        }
+        double g[T] = {0.0}, across = -0.5 * plastic - d.law.poisson * tau / E;
+        for (int a = 0; a < PD_DIM; a++) g[a * (PD_DIM + 1)] = exp(a ? across : strain);
+        solid_stretch(c, g, 0.0, 0, v);
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
+            other[k] = k % PD_DIM ? 0.0 : -tau / g[0] * s.edge[k];
+        solid_newton r = solid_newton_solve(&c->ctx, &s, held, v, other, 1e-10, u);
+        CHECK_LE(r.residual, 1e-10);
+        rounds += r.rounds;
+        products += r.products;
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) worst = fmax(worst, fabs(u[k] - v[k]));
+        s.stress(&c->ctx, s.self, u, stress);
+        CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
+        pd_finite_plastic(&c->ctx, &f, w);
+        for (int32_t i = 0; i < c->body.count; i++) {
+            CHECK_NEAR(w[i], plastic, 1e-8);
+            CHECK_REL(stress[i * T], tau * exp(-(1.0 - 2.0 * d.law.poisson) * tau / E), 1e-6);
+        }
+    }
+    NOTE("5 steps: %d rounds, %d products, displacements off by %.1e mm", rounds, products, worst * 1e3);
+    CHECK_LE(worst, 1e-8 * 1e-3);
+    end(c, &f);
+}
+
 /* ---- input ---- */
 
 TEST(bad_input)
@@ -619,4 +725,4 @@ TEST(bad_input)
 
 TEST_MAIN(ENTRY(derivatives) ENTRY(equal_stretches) ENTRY(yielding) ENTRY(plastic_volume) ENTRY(patch)
               ENTRY(neo_hookean) ENTRY(rigid) ENTRY(balance) ENTRY(work) ENTRY(checkerboard) ENTRY(limit) ENTRY(blocks)
-              ENTRY(order_and_threads) ENTRY(heterogeneous) ENTRY(bad_input))
+              ENTRY(order_and_threads) ENTRY(heterogeneous) ENTRY(uniaxial) ENTRY(bar_of_metal) ENTRY(bad_input))
