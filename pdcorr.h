@@ -94,8 +94,9 @@
  *   solid/
  *     body       material points of a solid and their families.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
+ *     plastic    metal that flows at von Mises' yield stress and hardens, at small strains.
  *     elastic    small strains of a body by bond-associated correspondence.
- *     equilibrium displacements of an elastic body at rest under loads and held points.
+ *     equilibrium displacements of a body at rest under loads and held points.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of springs in motion, by velocity Verlet.
  *   metal/
@@ -3608,6 +3609,14 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
+/* How many bonds point i has that are not broken. */
+PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
+/* Break all bonds of point i, at both ends. How many. */
+PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
+/* The bond of point j that leads to point i. */
+PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
+PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
  * horizon. */
 PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
@@ -3654,6 +3663,47 @@ typedef struct pd_solid {
 
 #endif
 
+/* ======== >>solid/plastic.h ======== */
+/* plastic: metal that flows at von Mises' yield stress and hardens, at small strains.
+ *
+ * The strain of a point is e, its plastic strain e_p has no trace. The stress  2 mu dev(e - e_p)  does not exceed the
+ * yield stress  yield + hardening slip,  where slip is the equivalent plastic strain of all that has been. A step from
+ * the last state is taken backward (radial return; Simo and Hughes 1998, box 3.1), so it may be of any length. In 2D
+ * strain is plane, and the plastic strain normal to the plane is what the trace leaves. In 1D the bar is under
+ * tension or pressure.
+ */
+#ifndef PD_PLASTIC_H
+#define PD_PLASTIC_H
+
+typedef struct pd_plastic {
+    int64_t count;    /* points; 0: nothing flows */
+    double shear;     /* [Pa] mu; 1D: E */
+    double yield;     /* [Pa] */
+    double hardening; /* [Pa] */
+    double *strain;   /* [count][PD_DIM^2] [-] e_p */
+    double *slip;     /* [count] [-] */
+    double *relief;   /* [count][PD_DIM^2] [Pa] 2 mu e_p, 1D E e_p: by how much e_p lowers the stress */
+    double *way;      /* [count][PD_DIM^2] [-] direction of the flow, |way| = 1 with the part normal to the plane */
+    double *along;    /* [count] [Pa] d relief/d e along `way`; 0: the point does not flow */
+    double *across;   /* [count] [Pa] the same for what turns `way` */
+} pd_plastic;
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_plastic_list(pdi_owner *owner, void *plastic);
+/* The step of point i to the displacement gradient h: relief, way, along, across. */
+PDI_FN void pdi_plastic_meet(const pd_plastic *plastic, int64_t i, const double *h);
+/* Derivative of the relief of point i along dh, into relief. */
+PDI_FN void pdi_plastic_bend(const pd_plastic *plastic, int64_t i, const double *dh);
+/* The step of point i to h becomes its state. */
+PDI_FN void pdi_plastic_commit(const pd_plastic *plastic, int64_t i, const double *h);
+/* Energy [J/m3] that e_p takes from the elastic one of the gradient h of point i, at the relief that it has. */
+PDI_FN double pdi_plastic_relief(const pd_plastic *plastic, int64_t i, const double *h);
+/* [J/m3] that flow has cost at point i: heat and hardening. */
+PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
+#endif
+
+#endif
+
 /* ======== >>solid/elastic.h ======== */
 /* elastic: small strains of a body by bond-associated correspondence.
  *
@@ -3679,11 +3729,16 @@ typedef struct pd_elastic_desc {
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
+    const double *stiff; /* [count] [-] part of E, and of the yield stress, that a point has; NULL: 1. Borrowed, may
+                          * change before pd_elastic_update */
+    double yield;        /* [Pa] stress of von Mises at which the metal flows; 0: it never does */
+    double hardening;    /* [Pa] by which the yield stress grows with the plastic strain */
+    int loose;           /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
 } pd_elastic_desc;
 
 typedef struct pd_elastic {
     pd_elastic_desc desc;
-    const pd_body *body;
+    pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     float *weight;     /* [bonds] [-] w; 0: the bond is broken */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
@@ -3692,6 +3747,8 @@ typedef struct pd_elastic {
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
     double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
     double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+    pd_plastic plastic; /* of metal that flows; plastic.count 0: none */
+    int64_t lost;      /* bonds that loose points have lost */
 } pd_elastic;
 
 #define pd_elastic_build PD_NAME(pd_elastic_build)
@@ -3699,34 +3756,45 @@ typedef struct pd_elastic {
 #define pd_elastic_force PD_NAME(pd_elastic_force)
 #define pd_elastic_energy PD_NAME(pd_elastic_energy)
 #define pd_elastic_stress PD_NAME(pd_elastic_stress)
+#define pd_elastic_solid PD_NAME(pd_elastic_solid)
 #define pd_elastic_free PD_NAME(pd_elastic_free)
 
-/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range. PD_ERR_GEOMETRY: as of pd_elastic_update. */
-PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range, plane stress of a metal that flows. PD_ERR_GEOMETRY:
+ * as of pd_elastic_update. */
+PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
 /* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
  * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
  * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Where the metal flows, the
+ * plastic strain is that of a step from the last state to u (theory, 8.1). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
 PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
-/* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
-PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
+/* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
+PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *stress);
+/* The material as solvers see it. */
+PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
+/* [J] (per m in 2D, per m2 in 1D) of plastic flow up to the last state: what has become heat, and what hardening
+ * holds. */
+PDI_FN double pdi_elastic_dissipated(const pd_elastic *elastic);
+/* Of a point with the in-plane stress: the mean of the three normal stresses [Pa]. */
+PDI_FN double pdi_elastic_pressure(const pd_elastic *elastic, int32_t i, const double *stress);
 #endif
 
 #endif
 
 /* ======== >>solid/equilibrium.h ======== */
-/* equilibrium: displacements of an elastic body at rest under loads and held points.
+/* equilibrium: displacements of a body at rest under loads and held points.
  *
- * The forces are linear and symmetric: conjugate gradients, preconditioned by the blocks that single bonds give each
- * point. A body that nothing holds may move as a whole; then the loads have to balance.
+ * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
+ * linear material takes one step. The preconditioner is the block of each point. A body that nothing holds may move as
+ * a whole; then the loads have to balance.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
@@ -3739,16 +3807,20 @@ typedef struct pd_equilibrium_desc {
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
-    int iterations;
+    int iterations;  /* of conjugate gradients */
+    int steps;       /* of Newton's method */
     double residual; /* [-] as of rtol */
 } pd_equilibrium_result;
 
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
 /* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
- * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite, or a
- * piece that is not held along an axis has loads along it that do not balance. PD_ERR_DIVERGED: loads turn the body. */
-PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
+ * [N/m3], in the directions of the body as it was; NULL: none. PD_NOT_CONVERGED: a linear material, u is the best of
+ * all.
+ * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
+ * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #endif
@@ -22612,6 +22684,47 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, doubl
     return part;
 }
 
+PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
+{
+    int64_t bonds = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    return bonds;
+}
+
+PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    int64_t b = body->row[j];
+    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
+    return b;
+}
+
+PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
+{
+    int64_t bonds = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (body->broken[b]) continue;
+        body->broken[b] = 1;
+        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
+        bonds++;
+    }
+    return bonds;
+}
+
+PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece)
+{
+    int32_t count = 1;
+    piece[0] = i;
+    seen[i] = 1;
+    for (int32_t n = 0; n < count; n++)
+        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
+            int32_t j = body->column[b];
+            if (seen[j] || body->broken[b]) continue;
+            seen[j] = 1;
+            piece[count++] = j;
+        }
+    return count;
+}
+
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
@@ -22663,6 +22776,117 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+
+/* ======== >>solid/plastic.c ======== */
+/* plastic: see plastic.h */
+#include <math.h>
+#include <string.h>
+
+enum { PDI_PLASTIC_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN void pdi_plastic_list(pdi_owner *owner, void *object)
+{
+    pd_plastic *plastic = (pd_plastic *)object;
+    PDI_STATE(owner, plastic, strain, plastic->count * PDI_PLASTIC_TENSOR, "1");
+    PDI_STATE(owner, plastic, slip, plastic->count, "1");
+    PDI_ARRAY(owner, plastic, relief, plastic->count * PDI_PLASTIC_TENSOR, "Pa");
+    PDI_ARRAY(owner, plastic, way, plastic->count * PDI_PLASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, plastic, along, plastic->count, "Pa");
+    PDI_ARRAY(owner, plastic, across, plastic->count, "Pa");
+}
+
+/* What the trace of a tensor without one leaves normal to the plane. */
+static double pdi_plastic_normal(const double *a)
+{
+    return PD_DIM == 2 ? -a[0] - a[PDI_PLASTIC_TENSOR - 1] : 0.0;
+}
+
+static double pdi_plastic_size(const double *a)
+{
+    double normal = pdi_plastic_normal(a), sum = normal * normal;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) sum += a[k] * a[k];
+    return sqrt(sum);
+}
+
+/* Strain without its trace; in 1D the strain. */
+static void pdi_plastic_deviator(const double *h, double *e)
+{
+    double trace = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += h[d * PD_DIM + d];
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++)
+            e[p * PD_DIM + q] = 0.5 * (h[p * PD_DIM + q] + h[q * PD_DIM + p]) -
+                                (p == q && PD_DIM > 1 ? trace / 3.0 : 0.0);
+}
+
+/* Stress over strain [Pa], and sqrt(3/2), by which the size of a deviator is von Mises' stress; 1D: E and 1. */
+static double pdi_plastic_stiffness(const pd_plastic *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
+static double pdi_plastic_mises(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
+
+/* Slip of the step of point i to h; way. */
+static double pdi_plastic_return(const pd_plastic *p, int64_t i, const double *h, double *way, double *stress)
+{
+    const double *was = p->strain + i * PDI_PLASTIC_TENSOR;
+    double stiffness = pdi_plastic_stiffness(p), mises = pdi_plastic_mises(), e[PDI_PLASTIC_TENSOR];
+    pdi_plastic_deviator(h, e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] = stiffness * (e[k] - was[k]);
+    *stress = pdi_plastic_size(way);
+    double beyond = mises * *stress - p->yield - p->hardening * p->slip[i];
+    if (!(beyond > 0.0)) return 0.0;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] /= *stress;
+    return beyond / (mises * mises * stiffness + p->hardening);
+}
+
+PDI_FN void pdi_plastic_meet(const pd_plastic *p, int64_t i, const double *h)
+{
+    double *relief = p->relief + i * PDI_PLASTIC_TENSOR, *way = p->way + i * PDI_PLASTIC_TENSOR, stress;
+    const double *was = p->strain + i * PDI_PLASTIC_TENSOR;
+    double stiffness = pdi_plastic_stiffness(p), mises = pdi_plastic_mises();
+    double slip = pdi_plastic_return(p, i, h, way, &stress);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        relief[k] = stiffness * (was[k] + (slip > 0.0 ? slip * mises * way[k] : 0.0));
+    p->along[i] = p->across[i] = 0.0;
+    if (!(slip > 0.0)) return;
+    p->along[i] = stiffness * stiffness * mises * mises / (mises * mises * stiffness + p->hardening);
+    p->across[i] = PD_DIM > 1 ? stiffness * stiffness * mises * slip / stress : 0.0;
+}
+
+PDI_FN void pdi_plastic_bend(const pd_plastic *p, int64_t i, const double *dh)
+{
+    double *relief = p->relief + i * PDI_PLASTIC_TENSOR, e[PDI_PLASTIC_TENSOR], share = 0.0;
+    const double *way = p->way + i * PDI_PLASTIC_TENSOR;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) relief[k] = 0.0;
+    if (!(p->along[i] > 0.0)) return;
+    pdi_plastic_deviator(dh, e);
+    share = pdi_plastic_normal(way) * pdi_plastic_normal(e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) share += way[k] * e[k];
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        relief[k] = p->along[i] * share * way[k] + p->across[i] * (e[k] - share * way[k]);
+}
+
+PDI_FN void pdi_plastic_commit(const pd_plastic *p, int64_t i, const double *h)
+{
+    double way[PDI_PLASTIC_TENSOR], stress, slip = pdi_plastic_return(p, i, h, way, &stress);
+    if (!(slip > 0.0)) return;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        p->strain[i * PDI_PLASTIC_TENSOR + k] += slip * pdi_plastic_mises() * way[k];
+    p->slip[i] += slip;
+}
+
+PDI_FN double pdi_plastic_relief(const pd_plastic *p, int64_t i, const double *h)
+{
+    const double *relief = p->relief + i * PDI_PLASTIC_TENSOR;
+    double e[PDI_PLASTIC_TENSOR], own = pdi_plastic_size(relief), sum;
+    pdi_plastic_deviator(h, e);
+    sum = pdi_plastic_normal(relief) * pdi_plastic_normal(e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) sum += relief[k] * e[k];
+    return sum - 0.5 * own * own / pdi_plastic_stiffness(p);
+}
+
+PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
+{
+    return (p->yield + 0.5 * p->hardening * p->slip[i]) * p->slip[i];
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -22739,7 +22963,13 @@ static inline double pdi_elastic_trace(const double *a)
     return sum;
 }
 
-/* Stress of a displacement gradient [Pa]. */
+/* The part of E that point i has. */
+static inline double pdi_elastic_stiff(const pd_elastic *e, int32_t i)
+{
+    return e->desc.stiff ? e->desc.stiff[i] : 1.0;
+}
+
+/* Stress of a displacement gradient [Pa], of metal that has all of E and has not flown. */
 static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double *p)
 {
     double trace = pdi_elastic_trace(h);
@@ -22800,10 +23030,14 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
             }
     }
     e->total[i] = total;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
     if (!(total > 0.0)) return 0;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
-    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) return 0;
+    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) {
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
+        return 0;
+    }
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] *= scale / total;
     return 1;
 }
@@ -22830,7 +23064,8 @@ static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
     }
 }
 
-pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
     int32_t flat = -1;
@@ -22842,20 +23077,32 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(e->total[i] > 0.0)) flat = i;
-    if (flat >= 0) {
-        int64_t bonds = 0;
-        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += !body->broken[b];
+        if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
+    return flat;
+}
+
+pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = pdi_elastic_families(ctx, e);
+    while (flat >= 0 && e->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(e->total[i] > 0.0)) e->lost += pdi_body_release(e->body, i);
+        flat = pdi_elastic_families(ctx, e);
+    }
+    if (flat >= 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
-                        "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);
-    }
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
+    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
     return PD_OK;
 }
 
-static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
     memset(e, 0, sizeof *e);
@@ -22863,16 +23110,25 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_ela
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
+    if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
+        (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
+                        "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
     e->desc = *desc;
     e->body = body;
     e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
     e->lambda = PD_DIM == 1 ? desc->young : desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) e->lambda = desc->young * nu / (1.0 - nu * nu);
+    e->plastic.count = desc->yield > 0.0 ? body->count : 0;
+    e->plastic.shear = PD_DIM == 1 ? desc->young : e->mu;
+    e->plastic.yield = desc->yield;
+    e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
+    PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
     return pd_elastic_update(ctx, e);
 }
 
-pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
 {
     pd_status status = pdi_elastic_make(ctx, body, desc, e);
     if (status < 0) pd_elastic_free(ctx, e);
@@ -22881,6 +23137,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_de
 
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
+    pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
 }
@@ -22908,6 +23165,21 @@ static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
 }
 
+/* The mean of the gradients of the bonds of point i. */
+static void pdi_elastic_average(const pd_elastic *e, const double *u, int32_t i, const double *h, double *average)
+{
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        pdi_elastic_stray(h, xi, eta, over, z);
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += weight * over * z[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++)
+        average[p] = h[p] + (e->total[i] > 0.0 ? sum[p] / e->total[i] : 0.0);
+}
+
 /* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
  * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
 static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
@@ -22929,8 +23201,10 @@ static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
             }
     }
     pdi_elastic_law(e, h, stress);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++)
+        stress[p] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
     pdi_elastic_product(stress, mean, part);
-    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += stress[p] - part[p];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = pdi_elastic_stiff(e, i) * (sum[p] + stress[p] - part[p]);
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
 }
 
@@ -22940,23 +23214,40 @@ static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double
 {
     const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
     double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
-    double share = over / e->total[i], trace = pdi_elastic_trace(h) + s;
+    double share = over * pdi_elastic_stiff(e, i) / e->total[i], trace = pdi_elastic_trace(h) + s;
     pdi_elastic_times_transposed(h, xi, turned);
     pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
     for (int d = 0; d < PD_DIM; d++)
         f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
+    if (!e->plastic.count) return;
+    pdi_elastic_times(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR, xi, turned);
+    for (int d = 0; d < PD_DIM; d++) f[d] -= share * turned[d];
 }
 
-void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+/* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
+ * derivative says. */
+static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 100);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double average[PDI_ELASTIC_TENSOR], *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
+        pdi_elastic_gradient(e, u, i, h);
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            if (bends) pdi_plastic_bend(&e->plastic, i, average);
+            else pdi_plastic_meet(&e->plastic, i, average);
+        }
+        pdi_elastic_moment(e, u, i);
+    }
+}
+
+static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
 {
     const pd_body *body = e->body;
     int nt = pdi_par_threads(ctx, body->bonds * 100);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_gradient(e, u, i, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR);
-        pdi_elastic_moment(e, u, i);
-    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
@@ -22972,34 +23263,195 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     }
 }
 
+void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+{
+    pdi_elastic_gather(ctx, e, u, 0);
+    pdi_elastic_scatter(ctx, e, u, force);
+}
+
+/* Energy of the family of point i [J/m3], w_0 times. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+{
+    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight, density = 0.0;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        pdi_elastic_stray(h, xi, eta, over, z);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+        pdi_elastic_law(e, own, p);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+        sum += weight * density;
+    }
+    return sum;
+}
+
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
     (void)ctx;
     for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR];
-        double xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+        if (!(e->total[i] > 0.0)) continue;
         pdi_elastic_gradient(e, u, i, h);
-        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-            double over, weight, density = 0.0;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            pdi_elastic_eta(e, u, i, b, eta);
-            pdi_elastic_stray(h, xi, eta, over, z);
-            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
-            pdi_elastic_law(e, own, p);
-            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
-            sum += weight * density;
+        density = pdi_elastic_density(e, u, i, h) / e->total[i];
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            pdi_plastic_meet(&e->plastic, i, average);
+            density -= pdi_plastic_relief(&e->plastic, i, average);
         }
-        pdi_sum_add(&all, e->body->volume[i] * sum / e->total[i]);
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
     }
     return pdi_sum_total(&all);
 }
 
-void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
+void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
 {
-    (void)ctx;
-    for (int64_t i = 0; i < e->body->count; i++)
-        pdi_elastic_law(e, e->gradient + i * PDI_ELASTIC_TENSOR, stress + i * PDI_ELASTIC_TENSOR);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], *p = stress + (int64_t)i * PDI_ELASTIC_TENSOR;
+        pdi_elastic_gradient(e, u, i, h);
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            pdi_plastic_meet(&e->plastic, i, average);
+            memcpy(h, average, sizeof h);
+        }
+        pdi_elastic_law(e, h, p);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
+            if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
+            p[k] *= pdi_elastic_stiff(e, i);
+        }
+    }
+}
+
+PDI_FN double pdi_elastic_dissipated(const pd_elastic *e)
+{
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
+    return pdi_sum_total(&all);
+}
+
+/* ---- what solvers see ---- */
+
+static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_elastic_force(ctx, (const pd_elastic *)self, u, force);
+    return PD_OK;
+}
+
+static void pdi_elastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pdi_elastic_gather(ctx, (const pd_elastic *)self, du, 1);
+    pdi_elastic_scatter(ctx, (const pd_elastic *)self, du, df);
+}
+
+/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. */
+static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_ELASTIC_TENSOR, xi[PD_DIM];
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) a[p] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            double over, weight;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            double share = weight * body->volume[i] * over *
+                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, j) / e->total[j]);
+            for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
+            }
+        }
+    }
+}
+
+static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+}
+
+static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
+{
+    return pd_elastic_update(ctx, (pd_elastic *)self);
+}
+
+static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+        if (!e->plastic.count) continue;
+        pdi_elastic_gradient(e, u, i, h);
+        pdi_elastic_average(e, u, i, h, average);
+        pdi_plastic_commit(&e->plastic, i, average);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_elastic *e = (pd_elastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, e->body, archive));
+    if (e->plastic.count) PDI_TRY(pdi_owner_store(ctx, pdi_plastic_list, &e->plastic, archive));
+    return archive->reading ? pd_elastic_update(ctx, e) : PD_OK;
+}
+
+/* An upper bound of the highest frequency: |H|^2 is at most tr K^-1 times the sum of w V |eta|^2, and |eta|^2 at most
+ * twice the squares of both ends. */
+static double pdi_elastic_solid_limit(const void *self, double density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
+        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+            double over, weight;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            int32_t j = e->body->column[b];
+            double other = pdi_elastic_trace(e->shape + (int64_t)j * PDI_ELASTIC_TENSOR);
+            sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
+                             pdi_elastic_stiff(e, j) * (over / e->total[j] + other));
+        }
+        most = fmax(most, sum * modulus);
+    }
+    return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
+}
+
+pd_solid pd_elastic_solid(pd_elastic *e)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "elastic";
+    solid.self = e;
+    solid.body = e->body;
+    solid.edge = e->edge;
+    solid.linear = !e->plastic.count;
+    solid.force = pdi_elastic_solid_force;
+    solid.tangent = pdi_elastic_solid_tangent;
+    solid.blocks = pdi_elastic_solid_blocks;
+    solid.energy = pdi_elastic_solid_energy;
+    solid.stress = pdi_elastic_solid_stress;
+    solid.update = pdi_elastic_solid_update;
+    solid.commit = pdi_elastic_solid_commit;
+    solid.limit = pdi_elastic_solid_limit;
+    solid.store = pdi_elastic_solid_store;
+    return solid;
 }
 
 #undef PDI_ELASTIC_FLAT
@@ -23023,16 +23475,24 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
 
+/* Newton steps, and trials of the length of one, before a load counts as too large. */
+#define PDI_EQUILIBRIUM_STEPS 50
+#define PDI_EQUILIBRIUM_TRIALS 12
+/* A step may go so far that its work turns to this part of what it was, against it. */
+#define PDI_EQUILIBRIUM_BEYOND 0.8
+
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
 typedef struct pdi_equilibrium {
     pd_ctx *ctx;
-    const pd_elastic *elastic;
+    const pd_solid *solid;
     const pd_equilibrium_desc *desc;
+    const double *load;
     int64_t n;     /* components of all points */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
+    double *trial; /* [n] [m] of materials that are not linear */
     pd_krylov krylov;
 } pdi_equilibrium;
 
@@ -23042,17 +23502,33 @@ static void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
 }
 
 static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
 
-/* y = -V force(x) of what is free. */
+/* y = -V df of what is free, along x. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
-    const double *volume = q->elastic->body->volume;
-    pd_elastic_force(q->ctx, q->elastic, x, y);
+    const double *volume = q->solid->body->volume;
+    q->solid->tangent(q->ctx, q->solid->self, x, y);
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
+}
+
+/* What is not in balance at u, into rest [N]. Returns its norm. */
+static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+{
+    const double *volume = q->solid->body->volume;
+    double sum = 0.0;
+    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    for (int64_t k = 0; k < q->n; k++) {
+        double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
+        q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
+        sum += q->rest[k] * q->rest[k];
+    }
+    *norm = sqrt(sum);
+    return PD_OK;
 }
 
 static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
@@ -23067,32 +23543,23 @@ static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         }
 }
 
-/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. Components
- * that are held are left out. */
+/* Inverse blocks. Components that are held are left out. */
 static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 {
-    const pd_elastic *e = q->elastic;
-    const pd_body *body = e->body;
-    int nt = pdi_par_threads(q->ctx, body->bonds * 20);
+    int32_t count = q->solid->body->count;
+    int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
+    q->solid->blocks(q->ctx, q->solid->self, q->block);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        double a[PDI_EQUILIBRIUM_BLOCK] = {0.0}, xi[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            pdi_body_bond(body, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), volumes = body->volume[i] * body->volume[j];
-            double share = (double)e->weight[b] * volumes / square * (1.0 / e->total[i] + 1.0 / e->total[j]);
-            for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
-                int row = p / PD_DIM, column = p % PD_DIM;
-                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] / square);
-            }
-        }
+    for (int32_t i = 0; i < count; i++) {
+        double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
         for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
             int64_t row = (int64_t)i * PD_DIM + p / PD_DIM, column = (int64_t)i * PD_DIM + p % PD_DIM;
-            if (row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column))) a[p] = 0.0;
+            int held = row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column));
+            a[p] = held ? 0.0 : own[p];
         }
-        pdi_vec_invert(a, q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK);
+        if (pdi_vec_invert(a, own) > 0.0) continue;
+        for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) own[p] = 0.0; /* a point without a bond stays where it is */
     }
 }
 
@@ -23105,26 +23572,8 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
-/* The points that bonds join to point i, into piece[0 ..]; seen marks them. Returns how many. */
-static int32_t pdi_equilibrium_piece(const pd_elastic *e, int32_t i, uint8_t *seen, int32_t *piece)
-{
-    const pd_body *body = e->body;
-    int32_t count = 1;
-    piece[0] = i;
-    seen[i] = 1;
-    for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || !(e->weight[b] > 0.0f)) continue;
-            seen[j] = 1;
-            piece[count++] = j;
-        }
-    return count;
-}
-
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
-static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double *load, const int32_t *piece,
-                                          int32_t count)
+static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0, size = 0.0;
@@ -23132,8 +23581,8 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double
         for (int32_t n = 0; n < count; n++) {
             int64_t k = (int64_t)piece[n] * PD_DIM + a;
             held = held || pdi_equilibrium_held(q, k);
-            sum += q->elastic->body->volume[piece[n]] * load[k];
-            size += q->elastic->body->volume[piece[n]] * fabs(load[k]);
+            sum += q->solid->body->volume[piece[n]] * q->load[k];
+            size += q->solid->body->volume[piece[n]] * fabs(q->load[k]);
         }
         if (!held && fabs(sum) > PDI_EQUILIBRIUM_ROUNDING * size)
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
@@ -23144,31 +23593,107 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double
 }
 
 /* The same for all pieces. */
-static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q, const double *load)
+static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q)
 {
-    int32_t *piece = NULL, all = q->elastic->body->count;
+    int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
-        int32_t count = pdi_equilibrium_piece(q->elastic, i, seen, piece);
-        status = pdi_equilibrium_balanced(q, load, piece, count);
+        int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
+        status = pdi_equilibrium_balanced(q, piece, count);
     }
     PDI_DELETE(q->ctx, all, piece);
     PDI_DELETE(q->ctx, all, seen);
     return status;
 }
 
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, double *u, pd_equilibrium_result *result)
+/* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
+static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
 {
-    const double *volume = q->elastic->body->volume;
-    pd_krylov_desc kd;
-    pd_krylov_result linear;
+    const double *volume = q->solid->body->volume;
     double size = 0.0;
-    PDI_TRY(pdi_equilibrium_finite(q, load, "load"));
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) {
+        double load = q->load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * q->load[k] : 0.0;
+        size += (load - q->rest[k]) * (load - q->rest[k]);
+    }
+    return sqrt(size);
+}
+
+/* The linear step of what is not in balance, down to `target` [N]. */
+static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+{
+    pd_krylov_result linear;
+    q->krylov.desc.atol = target;
+    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
+                                        q->rest, q->step, &linear);
+    result->iterations += linear.iterations;
+    result->residual = linear.residual;
+    return status;
+}
+
+/* Work of what is not in balance along the step [J]. */
+static double pdi_equilibrium_gain(const pdi_equilibrium *q)
+{
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < q->n; k++) pdi_sum_add(&all, q->rest[k] * q->step[k]);
+    return pdi_sum_total(&all);
+}
+
+/* The part of the step after which what is not in balance works no more along it, or little against it: energy falls up
+ * to there (Crisfield 1991, ch. 9.2). Metal that begins to flow has no derivative, so norms are no measure. PD_RETRY:
+ * there is none. */
+static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, double target, double *norm)
+{
+    double part = 1.0, gain = pdi_equilibrium_gain(q);
+    for (int k = 0; k < PDI_EQUILIBRIUM_TRIALS && gain > 0.0; k++) {
+        for (int64_t n = 0; n < q->n; n++) q->trial[n] = u[n] + part * q->step[n];
+        pd_status status = pdi_equilibrium_rest(q, q->trial, norm);
+        if (status < 0) return status;
+        double more = status == PD_OK ? pdi_equilibrium_gain(q) : 0.0;
+        if (status == PD_OK && (*norm <= target || more >= -PDI_EQUILIBRIUM_BEYOND * gain)) {
+            memcpy(u, q->trial, (size_t)q->n * sizeof *u);
+            return PD_OK;
+        }
+        part *= status == PD_OK ? fmax(0.1, gain / (gain - more)) : 0.5;
+    }
+    return PD_RETRY;
+}
+
+/* Newton's method (Eisenstat and Walker 1996). */
+static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
+                                        pd_equilibrium_result *result)
+{
+    double left = 0.1;
+    while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
+        double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
+        pdi_equilibrium_blocks(q);
+        pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
+        if (status < 0 && status != PD_ERR_DIVERGED) return status;
+        status = pdi_equilibrium_search(q, u, target, &norm);
+        if (status != PD_OK) {
+            if (status < 0) return status;
+            status = pdi_equilibrium_rest(q, u, &norm);
+            result->residual = norm;
+            return status < 0 ? status : PD_RETRY;
+        }
+        left = norm / was;
+        result->steps++;
+    }
+    result->residual = norm;
+    return norm > target ? PD_RETRY : PD_OK;
+}
+
+/* Memory, and what can be refused. */
+static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
+{
+    pd_krylov_desc kd;
+    PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (load) PDI_TRY(pdi_equilibrium_pieces(q, load));
+    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
@@ -23177,51 +23702,58 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, dou
     kd.zero_guess = 1;
     kd.rtol = 1e-15;
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    pdi_equilibrium_blocks(q);
-    /* the loads, and what is held as it pulls on points that have not moved, are the size of the problem */
-    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
-    pdi_equilibrium_apply(q, q->step, q->rest);
-    for (int64_t k = 0; k < q->n; k++) {
-        double given = (load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0) - q->rest[k];
-        size += given * given;
+    return pdi_krylov_build(q->ctx, &kd, &q->krylov);
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+{
+    double norm, size, target;
+    PDI_TRY(pdi_equilibrium_prepare(q, u));
+    pd_status status = pdi_equilibrium_rest(q, u, &norm);
+    if (status == PD_RETRY)
+        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+                        "state of the %s material: take shorter steps", q->solid->name);
+    if (status < 0) return status;
+    size = pdi_equilibrium_size(q, u);
+    PDI_TRY(pdi_equilibrium_rest(q, u, &norm));
+    target = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    if (q->solid->linear) {
+        pdi_equilibrium_blocks(q);
+        status = pdi_equilibrium_linear(q, target, result);
+        if (status >= 0)
+            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+        result->steps = 1;
+    } else {
+        status = pdi_equilibrium_newton(q, u, target, norm, result);
     }
-    size = sqrt(size);
-    pdi_equilibrium_apply(q, u, q->rest);
-    for (int64_t k = 0; k < q->n; k++) {
-        double given = load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0;
-        q->rest[k] = given - q->rest[k];
-    }
-    q->krylov.desc.atol = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
-    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
-                                        q->rest, q->step, &linear);
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
                         "their moments");
-    if (status < 0) return status;
-    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-    result->iterations = linear.iterations;
-    result->residual = size > 0.0 ? linear.residual / size : 0.0;
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
     return status;
 }
 
-pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
-                                       const double *load, double *u, pd_equilibrium_result *result)
+pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
+                               double *u, pd_equilibrium_result *result)
 {
     pdi_equilibrium q;
     memset(&q, 0, sizeof q);
     memset(result, 0, sizeof *result);
     q.ctx = ctx;
-    q.elastic = elastic;
+    q.solid = solid;
     q.desc = desc;
-    q.n = (int64_t)elastic->body->count * PD_DIM;
-    pd_status status = pdi_equilibrium_run(&q, load, u, result);
+    q.load = load;
+    q.n = (int64_t)solid->body->count * PD_DIM;
+    pd_status status = pdi_equilibrium_run(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_STEPS
+#undef PDI_EQUILIBRIUM_TRIALS
+#undef PDI_EQUILIBRIUM_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif

@@ -18,8 +18,6 @@ typedef struct body_case {
 
 static body_case test_case;
 
-static double uniform(uint32_t *seed) { return (double)next_random(seed) / 4294967296.0; }
-
 /* A block of n cells an axis with a notch, a hole and a re-entrant corner; `stir` moves points by that share of a
  * cell. */
 static body_case *block(int n, double m, double spacing, double stir)
@@ -39,8 +37,8 @@ static body_case *block(int n, double m, double spacing, double stir)
         }
         if (PD_DIM > 1 && (corner > 0.6 || hole < 0.02)) continue;
         for (int d = 0; d < PD_DIM; d++)
-            c->position[c->desc.count * PD_DIM + d] = (x[d] + stir * (uniform(&seed) - 0.5) / n) * 1e-3;
-        c->volume[c->desc.count++] = pow(1e-3 / n, PD_DIM) * (1.0 + stir * (uniform(&seed) - 0.5));
+            c->position[c->desc.count * PD_DIM + d] = (x[d] + stir * (random_share(&seed) - 0.5) / n) * 1e-3;
+        c->volume[c->desc.count++] = pow(1e-3 / n, PD_DIM) * (1.0 + stir * (random_share(&seed) - 0.5));
     }
     c->desc.position = c->position;
     c->desc.volume = c->volume;
@@ -123,7 +121,7 @@ TEST(patch)
         double nu = ratios[way % 4], g[T], p[T], size = 0.0, largest = 0.0;
         body_case *c = block(cells(), way % 3 + 1.5, way & 1, way & 2 ? 0.5 : 0.0);
         if (!c || !elastic(c, nu, way & 4 ? PD_PLANE_STRESS : PD_PLANE_STRAIN, (pd_influence)(way % 3))) return;
-        for (int k = 0; k < T; k++) g[k] = uniform(&seed) - 0.5;
+        for (int k = 0; k < T; k++) g[k] = random_share(&seed) - 0.5;
         double trace = 0.0, lambda = c->elastic.lambda, mu = c->elastic.mu;
         for (int d = 0; d < PD_DIM; d++) trace += g[d * PD_DIM + d];
         for (int k = 0; k < T; k++) {
@@ -133,7 +131,7 @@ TEST(patch)
         }
         linear(c, g, u);
         pd_elastic_force(&c->ctx, &c->elastic, u, force);
-        pd_elastic_stress(&c->ctx, &c->elastic, stress);
+        pd_elastic_stress(&c->ctx, &c->elastic, u, stress);
         for (int32_t i = 0; i < c->body.count; i++)
             for (int a = 0; a < PD_DIM; a++) {
                 double held = force[i * PD_DIM + a];
@@ -199,7 +197,7 @@ TEST(cut)
 
 static void shake(const body_case *c, uint32_t seed, double *u)
 {
-    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] = 1e-6 * (uniform(&seed) - 0.5);
+    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] = 1e-6 * (random_share(&seed) - 0.5);
 }
 
 static double work(const body_case *c, const double *u, const double *force)

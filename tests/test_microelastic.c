@@ -235,7 +235,7 @@ TEST(longest_step)
     desc.share = 1.0;
     if (!c || !springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT) || !moves(c, &desc)) return;
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
-        c->verlet.v[k] = 1e-6 * ((double)next_random(&seed) / 4294967296.0 - 0.5);
+        c->verlet.v[k] = 0.5e-6 * random_real(&seed);
     double start = pd_verlet_kinetic(&c->verlet);
     pd_process p = pd_verlet_process(&c->verlet);
     CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, 300.0 * c->verlet.longest));

@@ -205,6 +205,47 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, doubl
     return part;
 }
 
+PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
+{
+    int64_t bonds = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    return bonds;
+}
+
+PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    int64_t b = body->row[j];
+    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
+    return b;
+}
+
+PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
+{
+    int64_t bonds = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (body->broken[b]) continue;
+        body->broken[b] = 1;
+        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
+        bonds++;
+    }
+    return bonds;
+}
+
+PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece)
+{
+    int32_t count = 1;
+    piece[0] = i;
+    seen[i] = 1;
+    for (int32_t n = 0; n < count; n++)
+        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
+            int32_t j = body->column[b];
+            if (seen[j] || body->broken[b]) continue;
+            seen[j] = 1;
+            piece[count++] = j;
+        }
+    return count;
+}
+
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||

@@ -55,6 +55,14 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
+/* How many bonds point i has that are not broken. */
+PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
+/* Break all bonds of point i, at both ends. How many. */
+PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
+/* The bond of point j that leads to point i. */
+PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
+PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
  * horizon. */
 PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);

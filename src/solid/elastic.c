@@ -64,7 +64,13 @@ static inline double pdi_elastic_trace(const double *a)
     return sum;
 }
 
-/* Stress of a displacement gradient [Pa]. */
+/* The part of E that point i has. */
+static inline double pdi_elastic_stiff(const pd_elastic *e, int32_t i)
+{
+    return e->desc.stiff ? e->desc.stiff[i] : 1.0;
+}
+
+/* Stress of a displacement gradient [Pa], of metal that has all of E and has not flown. */
 static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double *p)
 {
     double trace = pdi_elastic_trace(h);
@@ -125,10 +131,14 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
             }
     }
     e->total[i] = total;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
     if (!(total > 0.0)) return 0;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
-    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) return 0;
+    if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) {
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
+        return 0;
+    }
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] *= scale / total;
     return 1;
 }
@@ -155,7 +165,8 @@ static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
     }
 }
 
-pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
     int32_t flat = -1;
@@ -167,20 +178,32 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(e->total[i] > 0.0)) flat = i;
-    if (flat >= 0) {
-        int64_t bonds = 0;
-        for (int64_t b = body->row[flat]; b < body->row[flat + 1]; b++) bonds += !body->broken[b];
+        if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
+    return flat;
+}
+
+pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = pdi_elastic_families(ctx, e);
+    while (flat >= 0 && e->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(e->total[i] > 0.0)) e->lost += pdi_body_release(e->body, i);
+        flat = pdi_elastic_families(ctx, e);
+    }
+    if (flat >= 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
-                        "for its horizon", (double)bonds, (int)flat, body->position[(int64_t)flat * PD_DIM]);
-    }
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
+    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
     return PD_OK;
 }
 
-static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
     memset(e, 0, sizeof *e);
@@ -188,16 +211,25 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, const pd_body *body, const pd_ela
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
+    if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
+        (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
+                        "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
     e->desc = *desc;
     e->body = body;
     e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
     e->lambda = PD_DIM == 1 ? desc->young : desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) e->lambda = desc->young * nu / (1.0 - nu * nu);
+    e->plastic.count = desc->yield > 0.0 ? body->count : 0;
+    e->plastic.shear = PD_DIM == 1 ? desc->young : e->mu;
+    e->plastic.yield = desc->yield;
+    e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
+    PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
     return pd_elastic_update(ctx, e);
 }
 
-pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
 {
     pd_status status = pdi_elastic_make(ctx, body, desc, e);
     if (status < 0) pd_elastic_free(ctx, e);
@@ -206,6 +238,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_de
 
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
+    pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
 }
@@ -233,6 +266,21 @@ static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
 }
 
+/* The mean of the gradients of the bonds of point i. */
+static void pdi_elastic_average(const pd_elastic *e, const double *u, int32_t i, const double *h, double *average)
+{
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        pdi_elastic_stray(h, xi, eta, over, z);
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += weight * over * z[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++)
+        average[p] = h[p] + (e->total[i] > 0.0 ? sum[p] / e->total[i] : 0.0);
+}
+
 /* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
  * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
 static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
@@ -254,8 +302,10 @@ static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
             }
     }
     pdi_elastic_law(e, h, stress);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++)
+        stress[p] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
     pdi_elastic_product(stress, mean, part);
-    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += stress[p] - part[p];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = pdi_elastic_stiff(e, i) * (sum[p] + stress[p] - part[p]);
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
 }
 
@@ -265,23 +315,40 @@ static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double
 {
     const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
     double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
-    double share = over / e->total[i], trace = pdi_elastic_trace(h) + s;
+    double share = over * pdi_elastic_stiff(e, i) / e->total[i], trace = pdi_elastic_trace(h) + s;
     pdi_elastic_times_transposed(h, xi, turned);
     pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
     for (int d = 0; d < PD_DIM; d++)
         f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
+    if (!e->plastic.count) return;
+    pdi_elastic_times(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR, xi, turned);
+    for (int d = 0; d < PD_DIM; d++) f[d] -= share * turned[d];
 }
 
-void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+/* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
+ * derivative says. */
+static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 100);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double average[PDI_ELASTIC_TENSOR], *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
+        pdi_elastic_gradient(e, u, i, h);
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            if (bends) pdi_plastic_bend(&e->plastic, i, average);
+            else pdi_plastic_meet(&e->plastic, i, average);
+        }
+        pdi_elastic_moment(e, u, i);
+    }
+}
+
+static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
 {
     const pd_body *body = e->body;
     int nt = pdi_par_threads(ctx, body->bonds * 100);
     (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_gradient(e, u, i, e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR);
-        pdi_elastic_moment(e, u, i);
-    }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
@@ -297,34 +364,195 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     }
 }
 
+void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+{
+    pdi_elastic_gather(ctx, e, u, 0);
+    pdi_elastic_scatter(ctx, e, u, force);
+}
+
+/* Energy of the family of point i [J/m3], w_0 times. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+{
+    double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        double over, weight, density = 0.0;
+        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        pdi_elastic_eta(e, u, i, b, eta);
+        pdi_elastic_stray(h, xi, eta, over, z);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+        pdi_elastic_law(e, own, p);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
+        sum += weight * density;
+    }
+    return sum;
+}
+
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
     (void)ctx;
     for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR];
-        double xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+        if (!(e->total[i] > 0.0)) continue;
         pdi_elastic_gradient(e, u, i, h);
-        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-            double over, weight, density = 0.0;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            pdi_elastic_eta(e, u, i, b, eta);
-            pdi_elastic_stray(h, xi, eta, over, z);
-            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
-            pdi_elastic_law(e, own, p);
-            for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
-            sum += weight * density;
+        density = pdi_elastic_density(e, u, i, h) / e->total[i];
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            pdi_plastic_meet(&e->plastic, i, average);
+            density -= pdi_plastic_relief(&e->plastic, i, average);
         }
-        pdi_sum_add(&all, e->body->volume[i] * sum / e->total[i]);
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
     }
     return pdi_sum_total(&all);
 }
 
-void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, double *stress)
+void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
 {
-    (void)ctx;
-    for (int64_t i = 0; i < e->body->count; i++)
-        pdi_elastic_law(e, e->gradient + i * PDI_ELASTIC_TENSOR, stress + i * PDI_ELASTIC_TENSOR);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], *p = stress + (int64_t)i * PDI_ELASTIC_TENSOR;
+        pdi_elastic_gradient(e, u, i, h);
+        if (e->plastic.count) {
+            pdi_elastic_average(e, u, i, h, average);
+            pdi_plastic_meet(&e->plastic, i, average);
+            memcpy(h, average, sizeof h);
+        }
+        pdi_elastic_law(e, h, p);
+        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
+            if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
+            p[k] *= pdi_elastic_stiff(e, i);
+        }
+    }
+}
+
+PDI_FN double pdi_elastic_dissipated(const pd_elastic *e)
+{
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
+    return pdi_sum_total(&all);
+}
+
+/* ---- what solvers see ---- */
+
+static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_elastic_force(ctx, (const pd_elastic *)self, u, force);
+    return PD_OK;
+}
+
+static void pdi_elastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pdi_elastic_gather(ctx, (const pd_elastic *)self, du, 1);
+    pdi_elastic_scatter(ctx, (const pd_elastic *)self, du, df);
+}
+
+/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. */
+static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_ELASTIC_TENSOR, xi[PD_DIM];
+        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) a[p] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            double over, weight;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            double share = weight * body->volume[i] * over *
+                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, j) / e->total[j]);
+            for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
+            }
+        }
+    }
+}
+
+static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+}
+
+static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
+{
+    return pd_elastic_update(ctx, (pd_elastic *)self);
+}
+
+static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+        if (!e->plastic.count) continue;
+        pdi_elastic_gradient(e, u, i, h);
+        pdi_elastic_average(e, u, i, h, average);
+        pdi_plastic_commit(&e->plastic, i, average);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_elastic *e = (pd_elastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, e->body, archive));
+    if (e->plastic.count) PDI_TRY(pdi_owner_store(ctx, pdi_plastic_list, &e->plastic, archive));
+    return archive->reading ? pd_elastic_update(ctx, e) : PD_OK;
+}
+
+/* An upper bound of the highest frequency: |H|^2 is at most tr K^-1 times the sum of w V |eta|^2, and |eta|^2 at most
+ * twice the squares of both ends. */
+static double pdi_elastic_solid_limit(const void *self, double density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
+        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+            double over, weight;
+            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            int32_t j = e->body->column[b];
+            double other = pdi_elastic_trace(e->shape + (int64_t)j * PDI_ELASTIC_TENSOR);
+            sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
+                             pdi_elastic_stiff(e, j) * (over / e->total[j] + other));
+        }
+        most = fmax(most, sum * modulus);
+    }
+    return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
+}
+
+pd_solid pd_elastic_solid(pd_elastic *e)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "elastic";
+    solid.self = e;
+    solid.body = e->body;
+    solid.edge = e->edge;
+    solid.linear = !e->plastic.count;
+    solid.force = pdi_elastic_solid_force;
+    solid.tangent = pdi_elastic_solid_tangent;
+    solid.blocks = pdi_elastic_solid_blocks;
+    solid.energy = pdi_elastic_solid_energy;
+    solid.stress = pdi_elastic_solid_stress;
+    solid.update = pdi_elastic_solid_update;
+    solid.commit = pdi_elastic_solid_commit;
+    solid.limit = pdi_elastic_solid_limit;
+    solid.store = pdi_elastic_solid_store;
+    return solid;
 }
 
 #undef PDI_ELASTIC_FLAT

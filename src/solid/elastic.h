@@ -11,7 +11,8 @@
  */
 #ifndef PD_ELASTIC_H
 #define PD_ELASTIC_H
-#include "solid/body.h"
+#include "solid/plastic.h"
+#include "solid/solid.h"
 
 typedef enum pd_plane {
     PD_PLANE_STRAIN = 0,
@@ -23,11 +24,16 @@ typedef struct pd_elastic_desc {
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
+    const double *stiff; /* [count] [-] part of E, and of the yield stress, that a point has; NULL: 1. Borrowed, may
+                          * change before pd_elastic_update */
+    double yield;        /* [Pa] stress of von Mises at which the metal flows; 0: it never does */
+    double hardening;    /* [Pa] by which the yield stress grows with the plastic strain */
+    int loose;           /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
 } pd_elastic_desc;
 
 typedef struct pd_elastic {
     pd_elastic_desc desc;
-    const pd_body *body;
+    pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     float *weight;     /* [bonds] [-] w; 0: the bond is broken */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
@@ -36,6 +42,8 @@ typedef struct pd_elastic {
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
     double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
     double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+    pd_plastic plastic; /* of metal that flows; plastic.count 0: none */
+    int64_t lost;      /* bonds that loose points have lost */
 } pd_elastic;
 
 #define pd_elastic_build PD_NAME(pd_elastic_build)
@@ -43,25 +51,35 @@ typedef struct pd_elastic {
 #define pd_elastic_force PD_NAME(pd_elastic_force)
 #define pd_elastic_energy PD_NAME(pd_elastic_energy)
 #define pd_elastic_stress PD_NAME(pd_elastic_stress)
+#define pd_elastic_solid PD_NAME(pd_elastic_solid)
 #define pd_elastic_free PD_NAME(pd_elastic_free)
 
-/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range. PD_ERR_GEOMETRY: as of pd_elastic_update. */
-PD_API pd_status pd_elastic_build(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range, plane stress of a metal that flows. PD_ERR_GEOMETRY:
+ * as of pd_elastic_update. */
+PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
 /* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
  * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
  * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
-/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). */
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Where the metal flows, the
+ * plastic strain is that of a step from the last state to u (theory, 8.1). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
 PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
-/* stress [count][PD_DIM^2] [Pa] of the family of each point, from the gradients of the last forces. */
-PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, double *stress);
+/* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
+PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *stress);
+/* The material as solvers see it. */
+PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
+/* [J] (per m in 2D, per m2 in 1D) of plastic flow up to the last state: what has become heat, and what hardening
+ * holds. */
+PDI_FN double pdi_elastic_dissipated(const pd_elastic *elastic);
+/* Of a point with the in-plane stress: the mean of the three normal stresses [Pa]. */
+PDI_FN double pdi_elastic_pressure(const pd_elastic *elastic, int32_t i, const double *stress);
 #endif
 
 #endif

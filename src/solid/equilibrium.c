@@ -9,16 +9,24 @@
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
 
+/* Newton steps, and trials of the length of one, before a load counts as too large. */
+#define PDI_EQUILIBRIUM_STEPS 50
+#define PDI_EQUILIBRIUM_TRIALS 12
+/* A step may go so far that its work turns to this part of what it was, against it. */
+#define PDI_EQUILIBRIUM_BEYOND 0.8
+
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
 typedef struct pdi_equilibrium {
     pd_ctx *ctx;
-    const pd_elastic *elastic;
+    const pd_solid *solid;
     const pd_equilibrium_desc *desc;
+    const double *load;
     int64_t n;     /* components of all points */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
+    double *trial; /* [n] [m] of materials that are not linear */
     pd_krylov krylov;
 } pdi_equilibrium;
 
@@ -28,17 +36,33 @@ static void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
 }
 
 static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
 
-/* y = -V force(x) of what is free. */
+/* y = -V df of what is free, along x. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
-    const double *volume = q->elastic->body->volume;
-    pd_elastic_force(q->ctx, q->elastic, x, y);
+    const double *volume = q->solid->body->volume;
+    q->solid->tangent(q->ctx, q->solid->self, x, y);
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
+}
+
+/* What is not in balance at u, into rest [N]. Returns its norm. */
+static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+{
+    const double *volume = q->solid->body->volume;
+    double sum = 0.0;
+    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    for (int64_t k = 0; k < q->n; k++) {
+        double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
+        q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
+        sum += q->rest[k] * q->rest[k];
+    }
+    *norm = sqrt(sum);
+    return PD_OK;
 }
 
 static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
@@ -53,32 +77,23 @@ static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         }
 }
 
-/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. Components
- * that are held are left out. */
+/* Inverse blocks. Components that are held are left out. */
 static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 {
-    const pd_elastic *e = q->elastic;
-    const pd_body *body = e->body;
-    int nt = pdi_par_threads(q->ctx, body->bonds * 20);
+    int32_t count = q->solid->body->count;
+    int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
+    q->solid->blocks(q->ctx, q->solid->self, q->block);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        double a[PDI_EQUILIBRIUM_BLOCK] = {0.0}, xi[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            pdi_body_bond(body, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), volumes = body->volume[i] * body->volume[j];
-            double share = (double)e->weight[b] * volumes / square * (1.0 / e->total[i] + 1.0 / e->total[j]);
-            for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
-                int row = p / PD_DIM, column = p % PD_DIM;
-                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] / square);
-            }
-        }
+    for (int32_t i = 0; i < count; i++) {
+        double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
         for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
             int64_t row = (int64_t)i * PD_DIM + p / PD_DIM, column = (int64_t)i * PD_DIM + p % PD_DIM;
-            if (row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column))) a[p] = 0.0;
+            int held = row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column));
+            a[p] = held ? 0.0 : own[p];
         }
-        pdi_vec_invert(a, q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK);
+        if (pdi_vec_invert(a, own) > 0.0) continue;
+        for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) own[p] = 0.0; /* a point without a bond stays where it is */
     }
 }
 
@@ -91,26 +106,8 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
-/* The points that bonds join to point i, into piece[0 ..]; seen marks them. Returns how many. */
-static int32_t pdi_equilibrium_piece(const pd_elastic *e, int32_t i, uint8_t *seen, int32_t *piece)
-{
-    const pd_body *body = e->body;
-    int32_t count = 1;
-    piece[0] = i;
-    seen[i] = 1;
-    for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || !(e->weight[b] > 0.0f)) continue;
-            seen[j] = 1;
-            piece[count++] = j;
-        }
-    return count;
-}
-
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
-static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double *load, const int32_t *piece,
-                                          int32_t count)
+static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0, size = 0.0;
@@ -118,8 +115,8 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double
         for (int32_t n = 0; n < count; n++) {
             int64_t k = (int64_t)piece[n] * PD_DIM + a;
             held = held || pdi_equilibrium_held(q, k);
-            sum += q->elastic->body->volume[piece[n]] * load[k];
-            size += q->elastic->body->volume[piece[n]] * fabs(load[k]);
+            sum += q->solid->body->volume[piece[n]] * q->load[k];
+            size += q->solid->body->volume[piece[n]] * fabs(q->load[k]);
         }
         if (!held && fabs(sum) > PDI_EQUILIBRIUM_ROUNDING * size)
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
@@ -130,31 +127,107 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const double
 }
 
 /* The same for all pieces. */
-static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q, const double *load)
+static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q)
 {
-    int32_t *piece = NULL, all = q->elastic->body->count;
+    int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
-        int32_t count = pdi_equilibrium_piece(q->elastic, i, seen, piece);
-        status = pdi_equilibrium_balanced(q, load, piece, count);
+        int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
+        status = pdi_equilibrium_balanced(q, piece, count);
     }
     PDI_DELETE(q->ctx, all, piece);
     PDI_DELETE(q->ctx, all, seen);
     return status;
 }
 
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, double *u, pd_equilibrium_result *result)
+/* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
+static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
 {
-    const double *volume = q->elastic->body->volume;
-    pd_krylov_desc kd;
-    pd_krylov_result linear;
+    const double *volume = q->solid->body->volume;
     double size = 0.0;
-    PDI_TRY(pdi_equilibrium_finite(q, load, "load"));
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) {
+        double load = q->load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * q->load[k] : 0.0;
+        size += (load - q->rest[k]) * (load - q->rest[k]);
+    }
+    return sqrt(size);
+}
+
+/* The linear step of what is not in balance, down to `target` [N]. */
+static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+{
+    pd_krylov_result linear;
+    q->krylov.desc.atol = target;
+    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
+                                        q->rest, q->step, &linear);
+    result->iterations += linear.iterations;
+    result->residual = linear.residual;
+    return status;
+}
+
+/* Work of what is not in balance along the step [J]. */
+static double pdi_equilibrium_gain(const pdi_equilibrium *q)
+{
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < q->n; k++) pdi_sum_add(&all, q->rest[k] * q->step[k]);
+    return pdi_sum_total(&all);
+}
+
+/* The part of the step after which what is not in balance works no more along it, or little against it: energy falls up
+ * to there (Crisfield 1991, ch. 9.2). Metal that begins to flow has no derivative, so norms are no measure. PD_RETRY:
+ * there is none. */
+static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, double target, double *norm)
+{
+    double part = 1.0, gain = pdi_equilibrium_gain(q);
+    for (int k = 0; k < PDI_EQUILIBRIUM_TRIALS && gain > 0.0; k++) {
+        for (int64_t n = 0; n < q->n; n++) q->trial[n] = u[n] + part * q->step[n];
+        pd_status status = pdi_equilibrium_rest(q, q->trial, norm);
+        if (status < 0) return status;
+        double more = status == PD_OK ? pdi_equilibrium_gain(q) : 0.0;
+        if (status == PD_OK && (*norm <= target || more >= -PDI_EQUILIBRIUM_BEYOND * gain)) {
+            memcpy(u, q->trial, (size_t)q->n * sizeof *u);
+            return PD_OK;
+        }
+        part *= status == PD_OK ? fmax(0.1, gain / (gain - more)) : 0.5;
+    }
+    return PD_RETRY;
+}
+
+/* Newton's method (Eisenstat and Walker 1996). */
+static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
+                                        pd_equilibrium_result *result)
+{
+    double left = 0.1;
+    while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
+        double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
+        pdi_equilibrium_blocks(q);
+        pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
+        if (status < 0 && status != PD_ERR_DIVERGED) return status;
+        status = pdi_equilibrium_search(q, u, target, &norm);
+        if (status != PD_OK) {
+            if (status < 0) return status;
+            status = pdi_equilibrium_rest(q, u, &norm);
+            result->residual = norm;
+            return status < 0 ? status : PD_RETRY;
+        }
+        left = norm / was;
+        result->steps++;
+    }
+    result->residual = norm;
+    return norm > target ? PD_RETRY : PD_OK;
+}
+
+/* Memory, and what can be refused. */
+static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
+{
+    pd_krylov_desc kd;
+    PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (load) PDI_TRY(pdi_equilibrium_pieces(q, load));
+    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
@@ -163,48 +236,55 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, const double *load, dou
     kd.zero_guess = 1;
     kd.rtol = 1e-15;
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    pdi_equilibrium_blocks(q);
-    /* the loads, and what is held as it pulls on points that have not moved, are the size of the problem */
-    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
-    pdi_equilibrium_apply(q, q->step, q->rest);
-    for (int64_t k = 0; k < q->n; k++) {
-        double given = (load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0) - q->rest[k];
-        size += given * given;
+    return pdi_krylov_build(q->ctx, &kd, &q->krylov);
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+{
+    double norm, size, target;
+    PDI_TRY(pdi_equilibrium_prepare(q, u));
+    pd_status status = pdi_equilibrium_rest(q, u, &norm);
+    if (status == PD_RETRY)
+        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+                        "state of the %s material: take shorter steps", q->solid->name);
+    if (status < 0) return status;
+    size = pdi_equilibrium_size(q, u);
+    PDI_TRY(pdi_equilibrium_rest(q, u, &norm));
+    target = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    if (q->solid->linear) {
+        pdi_equilibrium_blocks(q);
+        status = pdi_equilibrium_linear(q, target, result);
+        if (status >= 0)
+            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+        result->steps = 1;
+    } else {
+        status = pdi_equilibrium_newton(q, u, target, norm, result);
     }
-    size = sqrt(size);
-    pdi_equilibrium_apply(q, u, q->rest);
-    for (int64_t k = 0; k < q->n; k++) {
-        double given = load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * load[k] : 0.0;
-        q->rest[k] = given - q->rest[k];
-    }
-    q->krylov.desc.atol = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
-    pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
-                                        q->rest, q->step, &linear);
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
                         "their moments");
-    if (status < 0) return status;
-    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-    result->iterations = linear.iterations;
-    result->residual = size > 0.0 ? linear.residual / size : 0.0;
+    result->residual = size > 0.0 ? result->residual / size : 0.0;
     return status;
 }
 
-pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
-                                       const double *load, double *u, pd_equilibrium_result *result)
+pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
+                               double *u, pd_equilibrium_result *result)
 {
     pdi_equilibrium q;
     memset(&q, 0, sizeof q);
     memset(result, 0, sizeof *result);
     q.ctx = ctx;
-    q.elastic = elastic;
+    q.solid = solid;
     q.desc = desc;
-    q.n = (int64_t)elastic->body->count * PD_DIM;
-    pd_status status = pdi_equilibrium_run(&q, load, u, result);
+    q.load = load;
+    q.n = (int64_t)solid->body->count * PD_DIM;
+    pd_status status = pdi_equilibrium_run(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_STEPS
+#undef PDI_EQUILIBRIUM_TRIALS
+#undef PDI_EQUILIBRIUM_BEYOND

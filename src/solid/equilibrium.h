@@ -1,11 +1,12 @@
-/* equilibrium: displacements of an elastic body at rest under loads and held points.
+/* equilibrium: displacements of a body at rest under loads and held points.
  *
- * The forces are linear and symmetric: conjugate gradients, preconditioned by the blocks that single bonds give each
- * point. A body that nothing holds may move as a whole; then the loads have to balance.
+ * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
+ * linear material takes one step. The preconditioner is the block of each point. A body that nothing holds may move as
+ * a whole; then the loads have to balance.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
-#include "solid/elastic.h"
+#include "solid/solid.h"
 
 typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
@@ -15,16 +16,20 @@ typedef struct pd_equilibrium_desc {
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
-    int iterations;
+    int iterations;  /* of conjugate gradients */
+    int steps;       /* of Newton's method */
     double residual; /* [-] as of rtol */
 } pd_equilibrium_result;
 
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
 /* u [count][PD_DIM] [m]: given values of what is held and a guess of the rest; the displacements. load [count][PD_DIM]
- * [N/m3]; NULL: none. PD_NOT_CONVERGED: u is the best of all. PD_ERR_STATE: a load or displacement is not finite, or a
- * piece that is not held along an axis has loads along it that do not balance. PD_ERR_DIVERGED: loads turn the body. */
-PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_elastic *elastic, const pd_equilibrium_desc *desc,
+ * [N/m3], in the directions of the body as it was; NULL: none. PD_NOT_CONVERGED: a linear material, u is the best of
+ * all.
+ * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
+ * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #endif

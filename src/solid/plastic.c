@@ -1,0 +1,110 @@
+/* plastic: see plastic.h */
+#include "solid/plastic.h"
+#include <math.h>
+#include <string.h>
+
+enum { PDI_PLASTIC_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN void pdi_plastic_list(pdi_owner *owner, void *object)
+{
+    pd_plastic *plastic = (pd_plastic *)object;
+    PDI_STATE(owner, plastic, strain, plastic->count * PDI_PLASTIC_TENSOR, "1");
+    PDI_STATE(owner, plastic, slip, plastic->count, "1");
+    PDI_ARRAY(owner, plastic, relief, plastic->count * PDI_PLASTIC_TENSOR, "Pa");
+    PDI_ARRAY(owner, plastic, way, plastic->count * PDI_PLASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, plastic, along, plastic->count, "Pa");
+    PDI_ARRAY(owner, plastic, across, plastic->count, "Pa");
+}
+
+/* What the trace of a tensor without one leaves normal to the plane. */
+static double pdi_plastic_normal(const double *a)
+{
+    return PD_DIM == 2 ? -a[0] - a[PDI_PLASTIC_TENSOR - 1] : 0.0;
+}
+
+static double pdi_plastic_size(const double *a)
+{
+    double normal = pdi_plastic_normal(a), sum = normal * normal;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) sum += a[k] * a[k];
+    return sqrt(sum);
+}
+
+/* Strain without its trace; in 1D the strain. */
+static void pdi_plastic_deviator(const double *h, double *e)
+{
+    double trace = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += h[d * PD_DIM + d];
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++)
+            e[p * PD_DIM + q] = 0.5 * (h[p * PD_DIM + q] + h[q * PD_DIM + p]) -
+                                (p == q && PD_DIM > 1 ? trace / 3.0 : 0.0);
+}
+
+/* Stress over strain [Pa], and sqrt(3/2), by which the size of a deviator is von Mises' stress; 1D: E and 1. */
+static double pdi_plastic_stiffness(const pd_plastic *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
+static double pdi_plastic_mises(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
+
+/* Slip of the step of point i to h; way. */
+static double pdi_plastic_return(const pd_plastic *p, int64_t i, const double *h, double *way, double *stress)
+{
+    const double *was = p->strain + i * PDI_PLASTIC_TENSOR;
+    double stiffness = pdi_plastic_stiffness(p), mises = pdi_plastic_mises(), e[PDI_PLASTIC_TENSOR];
+    pdi_plastic_deviator(h, e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] = stiffness * (e[k] - was[k]);
+    *stress = pdi_plastic_size(way);
+    double beyond = mises * *stress - p->yield - p->hardening * p->slip[i];
+    if (!(beyond > 0.0)) return 0.0;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] /= *stress;
+    return beyond / (mises * mises * stiffness + p->hardening);
+}
+
+PDI_FN void pdi_plastic_meet(const pd_plastic *p, int64_t i, const double *h)
+{
+    double *relief = p->relief + i * PDI_PLASTIC_TENSOR, *way = p->way + i * PDI_PLASTIC_TENSOR, stress;
+    const double *was = p->strain + i * PDI_PLASTIC_TENSOR;
+    double stiffness = pdi_plastic_stiffness(p), mises = pdi_plastic_mises();
+    double slip = pdi_plastic_return(p, i, h, way, &stress);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        relief[k] = stiffness * (was[k] + (slip > 0.0 ? slip * mises * way[k] : 0.0));
+    p->along[i] = p->across[i] = 0.0;
+    if (!(slip > 0.0)) return;
+    p->along[i] = stiffness * stiffness * mises * mises / (mises * mises * stiffness + p->hardening);
+    p->across[i] = PD_DIM > 1 ? stiffness * stiffness * mises * slip / stress : 0.0;
+}
+
+PDI_FN void pdi_plastic_bend(const pd_plastic *p, int64_t i, const double *dh)
+{
+    double *relief = p->relief + i * PDI_PLASTIC_TENSOR, e[PDI_PLASTIC_TENSOR], share = 0.0;
+    const double *way = p->way + i * PDI_PLASTIC_TENSOR;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) relief[k] = 0.0;
+    if (!(p->along[i] > 0.0)) return;
+    pdi_plastic_deviator(dh, e);
+    share = pdi_plastic_normal(way) * pdi_plastic_normal(e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) share += way[k] * e[k];
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        relief[k] = p->along[i] * share * way[k] + p->across[i] * (e[k] - share * way[k]);
+}
+
+PDI_FN void pdi_plastic_commit(const pd_plastic *p, int64_t i, const double *h)
+{
+    double way[PDI_PLASTIC_TENSOR], stress, slip = pdi_plastic_return(p, i, h, way, &stress);
+    if (!(slip > 0.0)) return;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++)
+        p->strain[i * PDI_PLASTIC_TENSOR + k] += slip * pdi_plastic_mises() * way[k];
+    p->slip[i] += slip;
+}
+
+PDI_FN double pdi_plastic_relief(const pd_plastic *p, int64_t i, const double *h)
+{
+    const double *relief = p->relief + i * PDI_PLASTIC_TENSOR;
+    double e[PDI_PLASTIC_TENSOR], own = pdi_plastic_size(relief), sum;
+    pdi_plastic_deviator(h, e);
+    sum = pdi_plastic_normal(relief) * pdi_plastic_normal(e);
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) sum += relief[k] * e[k];
+    return sum - 0.5 * own * own / pdi_plastic_stiffness(p);
+}
+
+PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
+{
+    return (p->yield + 0.5 * p->hardening * p->slip[i]) * p->slip[i];
+}
