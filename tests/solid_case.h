@@ -6,7 +6,7 @@
 #include "test.h"
 
 #define MOST 4000 /* points */
-enum { T = PD_DIM * PD_DIM, CELLS = PD_DIM == 1 ? 40 : PD_DIM == 2 ? 16 : 8 };
+enum { T = PD_DIM * PD_DIM, CELLS = PD_DIM == 1 ? 40 : PD_DIM == 2 ? 16 : 7 };
 
 typedef struct solid_case {
     pd_ctx ctx;

@@ -1,7 +1,7 @@
 /* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
  *
  * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone, in a sound range of densities of 0.1 to
- * 1.2 g/cm3; a body of it has the moduli of one density and factors of stiffness (pd_finite_desc.stiffness).
+ * 1.2 g/cm3; a body of it has the moduli of one density and factors of stiffness (pd_finite_desc.stiff).
  *
  * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
  */

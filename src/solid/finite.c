@@ -30,7 +30,7 @@ static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_
     return 1;
 }
 
-static double pdi_finite_stiffness(const pd_finite *f, int32_t i) { return f->desc.stiffness ? f->desc.stiffness[i] : 1.0; }
+static double pdi_finite_stiff(const pd_finite *f, int32_t i) { return f->desc.stiff ? f->desc.stiff[i] : 1.0; }
 
 static double *pdi_finite_state(const pd_finite *f, int64_t site)
 {
@@ -72,9 +72,8 @@ static void pdi_finite_bonds(const pd_finite *f, int32_t i)
     const pd_body *body = f->body;
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         double xi[PD_DIM];
-        int64_t at = body->row[body->column[b]];
-        while (body->column[at] != i) at++;
-        f->back[b] = (int32_t)(at - body->row[body->column[b]]);
+        int32_t j = body->column[b];
+        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
         pdi_body_bond(body, i, b, xi);
         double r = sqrt(pdi_tensor_dot(xi, xi));
         f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, r);
@@ -97,13 +96,11 @@ static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
             mean[p] += square * bond.over;
         }
     }
-    f->total[i] = 0.0;
-    if (!(total > 0.0)) return;
-    for (int p = 0; p < PDI_TENSOR; p++) k[p] /= total;
-    for (int p = 0; p < PDI_TENSOR; p++) mean[p] /= total;
-    if (!(pdi_vec_invert(k, shape) > PDI_FINITE_FLAT)) return;
-    for (int p = 0; p < PDI_TENSOR; p++) shape[p] *= scale / total;
-    f->total[i] = total;
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) k[p] /= total;
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) mean[p] /= total;
+    int spans = total > 0.0 && pdi_vec_invert(k, shape) > PDI_FINITE_FLAT;
+    for (int p = 0; p < PDI_TENSOR; p++) shape[p] = spans ? shape[p] * scale / total : 0.0;
+    f->total[i] = spans ? total : 0.0;
 }
 
 /* The pull on bonds of a stress P is P g: g of the family of point i. */
@@ -146,33 +143,41 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double 
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-static pd_status pdi_finite_flat(pd_ctx *ctx, const pd_finite *f, int32_t i)
+/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+ * none. */
+static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
-    const pd_body *body = f->body;
-    int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
-                    "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there for "
-                    "its horizon", (double)bonds, (int)i, body->position[(int64_t)i * PD_DIM]);
+    int nt = pdi_par_threads(ctx, f->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bonds(f, i);
+        pdi_finite_shares(f, i);
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
+    return -1;
 }
 
 static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
 {
     pd_finite *f = (pd_finite *)self;
     const pd_body *body = f->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 60);
-    (void)nt;
     for (int32_t i = 0; i < body->count; i++)
-        if (!(pdi_finite_stiffness(f, i) > 0.0) || !(pdi_finite_stiffness(f, i) < 1e100))
+        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
-                            "finite positive one", (int)i, pdi_finite_stiffness(f, i));
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_finite_bonds(f, i);
-        pdi_finite_shares(f, i);
+                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+    int32_t flat = pdi_finite_families(ctx, f);
+    while (flat >= 0 && f->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(f->total[i] > 0.0)) f->lost += pdi_body_release(f->body, i);
+        flat = pdi_finite_families(ctx, f);
     }
-    for (int32_t i = 0; i < body->count; i++)
-        if (!(f->total[i] > 0.0)) return pdi_finite_flat(ctx, f, i);
+    if (flat >= 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
     pdi_finite_gather_all(ctx, f, f->edge);
     return PD_OK;
 }
@@ -269,7 +274,7 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
 {
     const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
     double dh[PDI_TENSOR], full[PDI_TENSOR], change[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR];
-    double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiffness(f, i), along[PD_DIM];
+    double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
     pdi_finite_bond bond;
     if (du) pdi_finite_gradient(f, du, i, dh);
     for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
@@ -315,7 +320,7 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
     }
     pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
     for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiffness(f, i) * (double)f->weight[b];
+        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!pdi_finite_open(f, i, b, &bond)) continue;
         pdi_tensor_times(part, bond.xi, along);
@@ -379,13 +384,13 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_stiffness(f, i);
+        double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_stiff(f, i);
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             int32_t j = body->column[b];
-            double there = pdi_finite_stiffness(f, j), w = (double)f->weight[b];
+            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
             if (!pdi_finite_open(f, i, b, &bond)) continue;
             double volumes = body->volume[i] * bond.weight;
             if (pdi_finite_own(f)) {
@@ -424,7 +429,7 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
     }
     pdi_finite_add_one(h, full);
     if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i));
-    return sum * pdi_finite_stiffness(f, i);
+    return sum * pdi_finite_stiff(f, i);
 }
 
 static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
@@ -463,7 +468,7 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
             for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
         if (!pdi_finite_own(f)) break;
     }
-    for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiffness(f, i);
+    for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiff(f, i);
 }
 
 static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
@@ -515,6 +520,7 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
     pdi_finite_bond bond;
+    if (!(f->total[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
     for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
         if (pdi_finite_open(f, i, b, &bond))
@@ -548,7 +554,7 @@ static double pdi_finite_limit(const void *self, double density)
                 int32_t k = end ? body->column[b] : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
                                                 : fmax(f->work[k], f->spring);
-                sum += bond.weight * pdi_finite_stiffness(f, k) * size;
+                sum += bond.weight * pdi_finite_stiff(f, k) * size;
             }
         }
         stiffest = fmax(stiffest, sum);

@@ -25,8 +25,9 @@ typedef struct pd_finite_desc {
     pd_influence influence;
     pd_finite_control control;
     double penalty;          /* [-] PD_FINITE_SILLING: stiffness of the springs, over that of a bond-based solid */
-    const double *stiffness; /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
+    const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
                               * Borrowed, may change before an update */
+    int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
 } pd_finite_desc;
 
 typedef struct pd_finite {
@@ -44,6 +45,7 @@ typedef struct pd_finite {
     double *pull;      /* [bonds][PD_DIM] [N/m^(2d)] what a family puts on its bonds: work */
     double *work;      /* [count] [Pa] of sweeps */
     double *state;     /* [bonds or count][state] [-] J2 */
+    int64_t lost;      /* bonds that loose points have lost */
 } pd_finite;
 
 #define pd_finite_build PD_NAME(pd_finite_build)
