@@ -371,7 +371,10 @@ TEST(work)
             double at[2] = {step + 0.5 - 0.5 / sqrt(3.0), step + 0.5 + 0.5 / sqrt(3.0)};
             for (int gauss = 0; gauss < 2; gauss++) {
                 double t = at[gauss] / steps, first = 0.1 * sin(6.0 * t), slope = 0.6 * cos(6.0 * t);
-                for (int32_t k = 0; k < n; k++) u[k] = first * v[k] + t * t * w[k], other[k] = slope * v[k] + 2.0 * t * w[k];
+                for (int32_t k = 0; k < n; k++) {
+                    u[k] = first * v[k] + t * t * w[k];
+                    other[k] = slope * v[k] + 2.0 * t * w[k];
+                }
                 CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
                 sum -= 0.5 * solid_work(c, other, force) / steps;
                 if (s.commit) CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
@@ -388,9 +391,9 @@ TEST(work)
     }
 }
 
-/* Energies of displacements at point i [Pa] where F is 1: [0] what bonds with gradients of their own hold, (1/w) sum w V
- * (mu eta^2 + (lambda + mu)(eta.n)^2)/(2 r^2); [1] springs against strays; [2] nothing; [3] a solid of springs of the same
- * shear modulus (theory: eq. 8.6), nu = 1/4. */
+/* Energies of displacements at point i [Pa] where F is 1: [0] what bonds with gradients of their own hold,
+ * (1/w) sum w V (mu eta^2 + (lambda + mu)(eta.n)^2)/(2 r^2);  [1] springs against strays; [2] nothing; [3] a solid of
+ * springs of the same shear modulus (theory: eq. 8.6), nu = 1/4. */
 static void patterns(const solid_case *c, const pd_finite *f, int32_t i, const double *x, double *energy)
 {
     double modulus = 0.0, all = 0.0;
@@ -635,8 +638,8 @@ TEST(uniaxial)
             products += r.iterations;
         }
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++) worst = fmax(worst, fabs(u[k] - v[k]));
-        NOTE("%d steps to twice the length: %d Newton steps, %d iterations, displacements off by %.1e mm", steps, rounds, products,
-             worst * 1e3);
+        NOTE("%d steps to twice the length: %d Newton steps, %d iterations, displacements off by %.1e mm", steps,
+             rounds, products, worst * 1e3);
         CHECK_LE(worst, 1e-9 * 1e-3);
         end(c, &f);
     }

@@ -182,7 +182,8 @@ TEST(motion)
     double dt = s.limit(s.self, 1000.0), off[3];
     int steps = PD_DIM == 2 ? 1000 : 150;
     for (int k = 0; k < 3; k++) off[k] = move(c, &s, dt / (1 << k), steps << k);
-    NOTE("%d steps of %.2g s: energy within %.1e, half as long %.1e, and again %.1e", steps, dt, off[0], off[1], off[2]);
+    NOTE("%d steps of %.2g s: energy within %.1e, half as long %.1e, and again %.1e", steps, dt, off[0], off[1],
+         off[2]);
     CHECK_LE(off[0], 0.1);
     CHECK_NEAR(off[1] / off[2], 4.0, 0.8);
     end(c, &f);
@@ -206,8 +207,7 @@ static pd_equilibrium_result rest(solid_case *c, const pd_solid *s)
     return result;
 }
 
-/* A block that is pressed by a fifth: points go down in order, it widens as much as the lateral stretch of the law says,
- * and what holds it is what presses. */
+/* A block that is pressed by a fifth: points go down in order, it widens, and what holds it is what presses. */
 TEST(compression)
 {
     static const int n[3] = {7, 7, 7};
@@ -248,29 +248,28 @@ TEST(compression)
     end(c, &f);
 }
 
-/* 15 x 31 points, E = 1e4, nu = 0.3, pulled by 5 %: small strains and large ones to 1e-10, and the time. */
+/* 15 x 31 points (7 x 7 x 15 in 3D), E = 1e4, nu = 0.3, pulled by 5 %: small strains and large ones to 1e-10, and the
+ * time. */
 TEST(fifteen_by_thirty_one)
 {
-    static const int n[3] = {15, 31, 1};
+    static const int plate[3] = {15, 31, 1}, bar[3] = {7, 7, 15};
+    double top = PD_DIM == 2 ? 30.0 : 14.0;
+    int last = PD_DIM - 1;
     pd_finite f;
     pd_elastic e;
     pd_elastic_desc ed;
     pd_equilibrium_desc qd;
     pd_equilibrium_result result;
-    if (PD_DIM == 3) {
-        CHECK(1);
-        return;
-    }
-    solid_case *c = lattice(n, 2.0, 0.0);
+    solid_case *c = lattice(PD_DIM == 2 ? plate : bar, 2.0, 0.0);
     if (!c) return;
     memset(held, 0, sizeof held);
     memset(u, 0, sizeof u);
     memset(&ed, 0, sizeof ed);
     memset(&qd, 0, sizeof qd);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
-        double y = c->position[k - k % PD_DIM + 1];
-        held[k] = y < 0.5 || y > 29.5;
-        given[k] = k % PD_DIM && y > 29.5 ? 1.5 : 0.0;
+        double y = c->position[k - k % PD_DIM + last];
+        held[k] = y < 0.5 || y > top - 0.5;
+        given[k] = k % PD_DIM == last && y > top - 0.5 ? 0.05 * top : 0.0;
     }
     ed.young = 1e4;
     ed.poisson = 0.3;
@@ -284,14 +283,15 @@ TEST(fifteen_by_thirty_one)
     begin = pdi_par_clock();
     pd_solid s = material(c, &f);
     pd_equilibrium_result r = rest(c, &s);
-    NOTE("small strains: %d iterations, residual %.1e, %.3f s; large ones: %d steps, %d iterations, residual %.1e, %.3f s",
-         result.iterations, result.residual, linear, r.steps, r.iterations, r.residual, pdi_par_clock() - begin);
+    NOTE("small strains: %d iterations, residual %.1e, %.3f s", result.iterations, result.residual, linear);
+    NOTE("large strains: %d steps, %d iterations, residual %.1e, %.3f s", r.steps, r.iterations, r.residual,
+         pdi_par_clock() - begin);
     CHECK_LE(result.residual, 1e-10);
     /* what they tell differs by the square of the strain */
     double apart = 0.0;
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) apart = fmax(apart, fabs(u[k] - v[k]));
-    CHECK_LE(apart, 0.05 * 1.5);
-    CHECK(apart > 1e-4 * 1.5);
+    CHECK_LE(apart, 0.05 * 0.05 * top);
+    CHECK(apart > 1e-4 * 0.05 * top);
     pd_elastic_free(&c->ctx, &e);
     end(c, &f);
 }

@@ -1,7 +1,7 @@
 /* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
  *
- * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone, in a sound range of densities of 0.1 to
- * 1.2 g/cm3; a body of it has the moduli of one density and factors of stiffness (pd_finite_desc.stiff).
+ * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
+ * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).
  *
  * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
  */
@@ -24,8 +24,9 @@ typedef enum pd_bone_site {
 /* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
 PD_API double pd_bone_modulus(pd_bone_site site, double density);
 /* Critical stretch [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 =
- * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that dimension
- * (Silling and Askari 2005, in 3D). Integrals over a ball, not sums over a lattice. NaN: an argument is out of range. */
+ * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
+ * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
+ * those of pd_microelastic. NaN: an argument is out of range. */
 PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
 
 #endif

@@ -37,7 +37,8 @@ PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_
     m->free = PD_DIM == 1 ? 2 : PD_DIM == 2 && law->plane == PD_PLANE_STRESS;
     if (!(law->young > 0.0) || !(law->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
-                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young, nu);
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young,
+                        nu);
     if (law->kind == PD_FINITE_NEO_HOOKEAN && m->free && nu < 0.0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "nu = %g, expected one from 0 for a neo-Hookean material in "
                         "plane stress or 1D", nu);
@@ -47,13 +48,10 @@ PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_
     if (!(law->yield > 0.0) || !(law->yield < 1e100) || !(law->hardening >= 0.0) || !(law->hardening < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "yield stress %g Pa and hardening %g Pa, expected a positive "
                         "stress and no softening", law->yield, law->hardening);
-    if (law->saturation > 0.0 || law->saturation < 0.0) {
-        if (!(law->saturation >= law->yield) || !(law->saturation < 1e100) || !(law->rate > 0.0) || !(law->rate < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa at the rate %g, expected at least the "
-                            "yield stress of %g Pa and a positive rate", law->saturation, law->rate, law->yield);
-    } else if (!(law->saturation >= 0.0)) {
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa, expected a number", law->saturation);
-    }
+    int saturates = !(fabs(law->saturation) <= 0.0), rates = law->rate > 0.0 && law->rate < 1e100;
+    if (saturates && (!rates || !(law->saturation >= law->yield) || !(law->saturation < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa at the rate %g, expected at least the yield "
+                        "stress of %g Pa and a positive rate", law->saturation, law->rate, law->yield);
     return PD_OK;
 }
 
@@ -93,12 +91,13 @@ static int pdi_finite_law_neo(const pdi_finite_moduli *m, const double *f, const
     double turned[PDI_TENSOR], part[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
     if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
     for (int k = 0; k < PDI_TENSOR; k++) turned[k] /= det;
-    double log_det = log(det), y = pdi_finite_law_across(m, log_det), pull = m->lambda * (log_det + m->free * y) - m->mu;
+    double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+    double pull = m->lambda * (log_det + m->free * y) - m->mu;
     if (!df) {
         for (int k = 0; k < PDI_TENSOR; k++) p[k] = m->mu * f[k] + pull * turned[k];
         return 1;
     }
-    double soft = 2.0 * m->mu * exp(2.0 * y), lambda = m->free ? m->lambda * soft / (soft + m->free * m->lambda) : m->lambda;
+    double soft = 2.0 * m->mu * exp(2.0 * y), lambda = m->lambda * soft / (soft + m->free * m->lambda);
     double trace = pdi_tensor_pair(turned, df);
     pdi_tensor_product_right(turned, df, part);
     pdi_tensor_product(part, turned, p);
@@ -123,7 +122,8 @@ static void pdi_finite_law_rotate(double *b, double *axis, int p, int q)
     double across = b[p * PD_DIM + q];
     if (!(fabs(across) > 0.0)) return;
     double half = 0.5 * (b[q * PD_DIM + q] - b[p * PD_DIM + p]) / across;
-    double t = (half < 0.0 ? -1.0 : 1.0) / (fabs(half) + sqrt(half * half + 1.0)), c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+    double t = (half < 0.0 ? -1.0 : 1.0) / (fabs(half) + sqrt(half * half + 1.0));
+    double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
     for (int k = 0; k < PD_DIM; k++) {
         double x = b[k * PD_DIM + p], y = b[k * PD_DIM + q];
         b[k * PD_DIM + p] = c * x - s * y;
@@ -221,8 +221,8 @@ static void pdi_finite_law_release(const pdi_finite_moduli *m, double before, pd
         for (int a = 3 - m->free; a < 3; a++) s->strain[a] = y;
         pdi_finite_law_return(m, before, s);
         slope = s->moduli[8] + (m->free == 2 ? s->moduli[7] : 0.0);
-        if (!(fabs(s->stress[2]) > PDI_FINITE_LAW_ROUNDING * m->mu * (fabs(s->strain[0]) + fabs(s->strain[1]) + fabs(y))))
-            break;
+        double size = m->mu * (fabs(s->strain[0]) + fabs(s->strain[1]) + fabs(y));
+        if (!(fabs(s->stress[2]) > PDI_FINITE_LAW_ROUNDING * size)) break;
         if (s->stress[2] < 0.0) low = y;
         else high = y;
         y -= s->stress[2] / slope;

@@ -37,7 +37,7 @@ typedef struct pd_finite_law {
 #ifdef PDI_INTERNAL
 /* The state of a place under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D what is left of its
  * diagonal, and the equivalent plastic strain. Zeros: nothing has yielded. */
-enum { PDI_FINITE_STATE = PDI_SYM + (PD_DIM < 3) + 1 };
+enum { PDI_FINITE_STATE = PD_DIM == 3 ? 7 : PD_DIM == 2 ? 5 : 3 };
 
 typedef struct pdi_finite_moduli {
     pd_finite_law law;
