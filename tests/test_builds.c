@@ -12,6 +12,7 @@
 #include "run/observe.h"
 #include "io/png.h"
 #include "run/coarser.h"
+#include "solid/finite.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
