@@ -63,6 +63,7 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
     PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
     PDI_ARRAY(owner, finite, work, count, "");
+    if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_FINITE_MODULI, "Pa");
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
@@ -163,6 +164,7 @@ static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
 {
     pd_finite *f = (pd_finite *)self;
     const pd_body *body = f->body;
+    f->known = 0;
     for (int32_t i = 0; i < body->count; i++)
         if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
@@ -268,6 +270,27 @@ static inline void pdi_finite_add_one(const double *h, double *f)
 
 /* ---- forces and their derivative ---- */
 
+/* Derivative p of the stress of a site with the gradient f along df. */
+static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *m, int64_t site, const double *full,
+                                   const double *df, double *p)
+{
+    if (!f->desc.keep) {
+        pdi_finite_law_tangent(m, full, pdi_finite_state(f, site), df, p);
+        return;
+    }
+    double *kept = f->moduli + site * PDI_FINITE_MODULI;
+    if (!f->known) pdi_finite_law_moduli(m, full, pdi_finite_state(f, site), kept);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = 0.0;
+    for (int row = 0; row < PDI_TENSOR; row++) {
+        double sum = *kept++ * df[row];
+        for (int q = row + 1; q < PDI_TENSOR; q++) {
+            sum += *kept * df[q];
+            p[q] += *kept++ * df[row];
+        }
+        p[row] += sum;
+    }
+}
+
 /* Pulls of the family of point i on its bonds, at the displacements f->u; along du unless it is NULL. 0: a bond is
  * turned inside out. */
 static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
@@ -285,7 +308,7 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
         pdi_finite_add_one(part, full);
         if (du) {
             pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
-            pdi_finite_law_tangent(m, full, pdi_finite_state(f, b), change, p);
+            pdi_finite_site(f, m, b, full, change, p);
         } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
             return 0;
         }
@@ -314,7 +337,7 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
     pdi_finite_add_one(h, full);
     if (du) {
         pdi_finite_gradient(f, du, i, dh);
-        pdi_finite_law_tangent(m, full, pdi_finite_state(f, i), dh, p);
+        pdi_finite_site(f, m, i, full, dh, p);
     } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, i), p)) {
         return 0;
     }
@@ -350,6 +373,7 @@ static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const dou
 static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_finite *f = (pd_finite *)self;
+    f->known = 0;
     memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
     int32_t folded = pdi_finite_pulls(ctx, f, NULL);
     if (folded >= 0)
@@ -363,6 +387,7 @@ static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, 
 {
     pd_finite *f = (pd_finite *)self;
     pdi_finite_pulls(ctx, f, du);
+    f->known = 1;
     pdi_finite_gather_all(ctx, f, df);
 }
 
@@ -488,7 +513,9 @@ static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, do
 
 static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
 {
-    pdi_finite_visit_all(ctx, (const pd_finite *)self, u, NULL);
+    pd_finite *f = (pd_finite *)self;
+    pdi_finite_visit_all(ctx, f, u, NULL);
+    f->known = 0;
     return PD_OK;
 }
 
@@ -538,7 +565,7 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
 }
 
 /* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
- * its other end would, with the largest modulus M (theory: eq. 8.18). */
+ * its other end would, with the largest modulus M (theory: eq. 8.38). */
 static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;

@@ -328,6 +328,19 @@ PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, 
     for (int k = 0; k < PDI_TENSOR && !good; k++) dp[k] = 0.0;
 }
 
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli)
+{
+    pdi_finite_spectrum s;
+    int neo = m->law.kind == PD_FINITE_NEO_HOOKEAN, good = neo || pdi_finite_law_spectrum(m, f, state, &s);
+    for (int row = 0, k = 0; row < PDI_TENSOR; row++) {
+        double df[PDI_TENSOR] = {0.0}, dp[PDI_TENSOR] = {0.0};
+        df[row] = 1.0;
+        if (neo) pdi_finite_law_neo(m, f, df, dp);
+        else if (good) pdi_finite_law_spectral(&s, df, dp);
+        for (int q = row; q < PDI_TENSOR; q++) moduli[k++] = dp[q];
+    }
+}
+
 PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress)
 {
     pdi_finite_spectrum s;

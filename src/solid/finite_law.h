@@ -38,6 +38,8 @@ typedef struct pd_finite_law {
 /* The state of a place under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D what is left of its
  * diagonal, and the equivalent plastic strain. Zeros: nothing has yielded. */
 enum { PDI_FINITE_STATE = PD_DIM == 3 ? 7 : PD_DIM == 2 ? 5 : 3 };
+/* Numbers of a derivative of the stress. */
+enum { PDI_FINITE_MODULI = PD_DIM == 3 ? 45 : PD_DIM == 2 ? 10 : 1 };
 
 typedef struct pdi_finite_moduli {
     pd_finite_law law;
@@ -51,9 +53,10 @@ PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_
 PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m);
 /* First Piola-Kirchhoff stress p [Pa] of F. state is NULL but for J2. 0: F turns the place inside out. */
 PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p);
-/* Its derivative dp along df. */
+/* Its derivative dp along df; and as the upper triangle of the matrix of PD_DIM^2 rows, zeros where there is none. */
 PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
                                    double *dp);
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli);
 /* Cauchy stress [Pa]. */
 PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress);
 /* Energy density [Pa] and the plastic work since the beginning; infinite where F turns the place inside out. */
