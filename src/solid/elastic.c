@@ -427,14 +427,6 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, 
     }
 }
 
-PDI_FN double pdi_elastic_dissipated(const pd_elastic *e)
-{
-    pdi_sum all = {0.0, 0.0};
-    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
-        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
-    return pdi_sum_total(&all);
-}
-
 /* ---- what solvers see ---- */
 
 static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
@@ -482,6 +474,26 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+static double pdi_elastic_solid_dissipated(const void *self)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
+    return pdi_sum_total(&all);
+}
+
+/* Plane strain: there is none but the plastic one. */
+static double pdi_elastic_solid_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double stiff = pdi_elastic_stiff(e, i), relief = 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0)) return 0.0;
+    if (e->plastic.count) relief = pdi_elastic_trace(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR);
+    double trace = (pdi_elastic_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
+    return stiff * (e->lambda * trace + relief);
 }
 
 static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
@@ -548,6 +560,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.blocks = pdi_elastic_solid_blocks;
     solid.energy = pdi_elastic_solid_energy;
     solid.stress = pdi_elastic_solid_stress;
+    solid.normal = pdi_elastic_solid_normal;
+    if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;
     solid.limit = pdi_elastic_solid_limit;

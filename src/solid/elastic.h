@@ -75,11 +75,6 @@ PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* [J] (per m in 2D, per m2 in 1D) of plastic flow up to the last state: what has become heat, and what hardening
- * holds. */
-PDI_FN double pdi_elastic_dissipated(const pd_elastic *elastic);
-/* Of a point with the in-plane stress: the mean of the three normal stresses [Pa]. */
-PDI_FN double pdi_elastic_pressure(const pd_elastic *elastic, int32_t i, const double *stress);
 #endif
 
 #endif

@@ -106,23 +106,29 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
+PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                 const int32_t *piece, int32_t count, double *sum)
+{
+    double all = 0.0, size = 0.0;
+    for (int32_t n = 0; n < count; n++) {
+        int64_t k = (int64_t)piece[n] * PD_DIM + axis;
+        if (held && held[k]) return 1;
+        all += body->volume[piece[n]] * load[k];
+        size += body->volume[piece[n]] * fabs(load[k]);
+    }
+    if (sum) *sum = all;
+    return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
+}
+
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
 static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
-    for (int a = 0; a < PD_DIM; a++) {
-        double sum = 0.0, size = 0.0;
-        int held = 0;
-        for (int32_t n = 0; n < count; n++) {
-            int64_t k = (int64_t)piece[n] * PD_DIM + a;
-            held = held || pdi_equilibrium_held(q, k);
-            sum += q->solid->body->volume[piece[n]] * q->load[k];
-            size += q->solid->body->volume[piece[n]] * fabs(q->load[k]);
-        }
-        if (!held && fabs(sum) > PDI_EQUILIBRIUM_ROUNDING * size)
+    double sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
+        if (!pdi_equilibrium_bears(q->solid->body, q->desc->held, q->load, a, piece, count, &sum))
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
                             "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
                             "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
-    }
     return PD_OK;
 }
 

@@ -32,4 +32,10 @@ typedef struct pd_equilibrium_result {
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
+#ifdef PDI_INTERNAL
+/* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
+PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                 const int32_t *piece, int32_t count, double *sum);
+#endif
+
 #endif

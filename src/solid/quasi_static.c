@@ -1,0 +1,338 @@
+/* quasi_static: see quasi_static.h */
+#include "solid/quasi_static.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Default of `eager`. */
+#define PDI_QUASI_STATIC_EAGER 0.5
+/* Bonds whose stretches differ by this share break together: mirror images do. */
+#define PDI_QUASI_STATIC_TIE 1e-9
+/* Displacements and loads are new when they change by more than this share of the largest. */
+#define PDI_QUASI_STATIC_NEW 1e-9
+/* Most times that what is held is asked for again, since it may depend on the balance. */
+#define PDI_QUASI_STATIC_AGAIN 12
+/* Most halvings of a step. */
+#define PDI_QUASI_STATIC_HALVINGS 8
+
+PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
+{
+    pd_quasi_static *quasi_static = (pd_quasi_static *)object;
+    PDI_STATE(owner, quasi_static, u, quasi_static->n, "m");
+    PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
+    PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
+    PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
+    PDI_VALUE(owner, quasi_static, time, "s");
+    PDI_VALUE(owner, quasi_static, known, "1");
+    PDI_VALUE(owner, quasi_static, stale, "1");
+    PDI_VALUE(owner, quasi_static, work, "J");
+    PDI_VALUE(owner, quasi_static, stored, "J");
+    PDI_VALUE(owner, quasi_static, released, "J");
+    PDI_VALUE(owner, quasi_static, taken, "J");
+    PDI_VALUE(owner, quasi_static, parted, "s");
+    PDI_VALUE(owner, quasi_static, broken, "1");
+    PDI_VALUE(owner, quasi_static, lost, "1");
+    PDI_VALUE(owner, quasi_static, solves, "1");
+    PDI_VALUE(owner, quasi_static, iterations, "1");
+    PDI_VALUE(owner, quasi_static, residual, "1");
+}
+
+pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
+                                pd_quasi_static *q)
+{
+    memset(q, 0, sizeof *q);
+    if (!(desc->stretch >= 0.0) || !(desc->stretch < 1e100) || !(desc->eager <= 1.0) || !(desc->rtol >= 0.0) ||
+        !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "a critical stretch of %g, %g of what is beyond it and "
+                        "rtol = %g: expected a positive stretch, 0 to 1, and 0 to 1", desc->stretch, desc->eager,
+                        desc->rtol);
+    q->desc = *desc;
+    if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
+    q->solid = *solid;
+    q->n = (int64_t)solid->body->count * PD_DIM;
+    q->parted = -1.0;
+    pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    if (status < 0) pd_quasi_static_free(ctx, q);
+    return status;
+}
+
+void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pdi_owner_free(ctx, pdi_quasi_static_list, q);
+    memset(q, 0, sizeof *q);
+}
+
+/* ---- loads ---- */
+
+static int pdi_quasi_static_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
+
+/* The state before a move. */
+static void pdi_quasi_static_keep(pd_quasi_static *q)
+{
+    memcpy(q->before, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->before + q->n, q->load, (size_t)q->n * sizeof *q->load);
+    memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
+}
+
+/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has no
+ * loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
+    PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
+    for (int64_t k = 0; k < q->n; k++) {
+        const double *start = q->start + k;
+        if (q->off[k / PD_DIM]) q->load[k] = 0.0;
+        if (!(part < 1.0)) continue;
+        q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
+    }
+    return PD_OK;
+}
+
+/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
+{
+    for (int a = 0; a < PD_DIM; a++)
+        if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
+    return 0;
+}
+
+/* Pieces that have come off lose their loads. */
+static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    int32_t *piece = NULL, all = q->solid.body->count;
+    uint8_t *seen = NULL;
+    pd_status status = PDI_NEW(ctx, "quasi_static", all, piece);
+    if (status == PD_OK) status = PDI_NEW(ctx, "quasi_static", all, seen);
+    for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        if (seen[i]) continue;
+        int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
+        if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
+        for (int32_t k = 0; k < count; k++) {
+            q->off[piece[k]] = 1;
+            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
+        }
+        q->lost += count;
+        if (q->parted < 0.0) q->parted = t;
+    }
+    PDI_DELETE(ctx, all, piece);
+    PDI_DELETE(ctx, all, seen);
+    return status;
+}
+
+/* ---- balance ---- */
+
+/* Work of the loads and of what is held from the state before to this one, by the mean of both. */
+static void pdi_quasi_static_work(pd_quasi_static *q)
+{
+    const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < q->n; k++) {
+        double mean = pdi_quasi_static_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
+        pdi_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
+    }
+    q->work += pdi_sum_total(&all);
+}
+
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pd_equilibrium_desc desc;
+    pd_equilibrium_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.held = q->desc.held;
+    desc.rtol = q->desc.rtol;
+    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+    q->iterations += result.iterations;
+    q->solves++;
+    q->residual = result.residual;
+    return status;
+}
+
+/* The bonds pull as they do at u. */
+static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
+                    q->solid.name);
+}
+
+/* ---- bonds that break ---- */
+
+static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int64_t b)
+{
+    const pd_body *body = q->solid.body;
+    const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
+    double xi[PD_DIM], square = 0.0, more = 0.0;
+    pdi_body_bond(body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eta = far[d] - own[d];
+        square += xi[d] * xi[d];
+        more += eta * (2.0 * xi[d] + eta);
+    }
+    double r = sqrt(square);
+    return more / (r * (sqrt(square + more) + r));
+}
+
+/* Breaks the bonds of this round; how many. */
+static int64_t pdi_quasi_static_break(pd_quasi_static *q)
+{
+    pd_body *body = q->solid.body;
+    double most = 0.0, critical = q->desc.stretch;
+    int64_t broken = 0;
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (!body->broken[b]) most = fmax(most, pdi_quasi_static_stretch(q, i, b));
+    if (!(most > critical)) return 0;
+    double from = fmax(critical, (most - q->desc.eager * (most - critical)) * (1.0 - PDI_QUASI_STATIC_TIE));
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (!body->broken[b] && pdi_quasi_static_stretch(q, i, b) >= from) {
+                body->broken[b] = 1;
+                broken++;
+            }
+    return broken / 2;
+}
+
+/* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
+static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
+{
+    double was = q->stored;
+    PDI_TRY(q->solid.update(ctx, q->solid.self));
+    PDI_TRY(pdi_quasi_static_pull(ctx, q));
+    q->stored = q->solid.energy(ctx, q->solid.self, q->u);
+    *taken += was - q->stored;
+    q->stale = 0;
+    return PD_OK;
+}
+
+/* The balance with the present loads, bonds that break, and again until none does. PD_RETRY: not found; u, load and
+ * force are those before. */
+static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    for (;;) {
+        PDI_TRY(pdi_quasi_static_part(ctx, q, t));
+        pd_status status = pdi_quasi_static_solve(ctx, q);
+        if (status < 0) return status;
+        if (status == PD_RETRY) {
+            memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
+            memcpy(q->load, q->before + q->n, (size_t)q->n * sizeof *q->load);
+            return PD_RETRY;
+        }
+        PDI_TRY(pdi_quasi_static_pull(ctx, q));
+        pdi_quasi_static_work(q);
+        q->stored = q->solid.energy(ctx, q->solid.self, q->u);
+        if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
+        if (status != PD_OK) return status;
+        int64_t broken = q->desc.stretch > 0.0 ? pdi_quasi_static_break(q) : 0;
+        if (!broken) return PD_OK;
+        PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
+        q->broken += broken;
+        PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->released));
+        pdi_quasi_static_keep(q);
+    }
+}
+
+/* Up to the loads of time t, in parts where Newton's method needs them. */
+static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
+    while (done < 1.0) {
+        pdi_quasi_static_keep(q);
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        pd_status status = pdi_quasi_static_settle(ctx, q, t);
+        if (status < 0) return status;
+        if (status != PD_RETRY) {
+            done += part;
+            if (status != PD_OK && !(done < 1.0)) return status;
+            continue;
+        }
+        part *= 0.5;
+        if (part < least)
+            return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "no balance from %g to %g s: after %.4g of the step the "
+                            "%s material bears no more, as where metal flows without end, or the body buckles",
+                            q->time, t, done, q->solid.name);
+    }
+    return PD_OK;
+}
+
+/* 1: the entries of a and b differ. */
+static int pdi_quasi_static_others(const pd_ctx *ctx, int64_t n, const double *a, const double *b)
+{
+    double near = PDI_QUASI_STATIC_NEW * fmax(pdi_par_max_abs(ctx, n, a), pdi_par_max_abs(ctx, n, b));
+    for (int64_t k = 0; k < n; k++)
+        if (fabs(a[k] - b[k]) > near) return 1;
+    return 0;
+}
+
+/* 1: what is held at t, and its loads, are not those of the last balance. */
+static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
+{
+    memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
+               pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
+    memcpy(q->u, q->start, (size_t)q->n * sizeof *q->u);
+    memcpy(q->load, q->start + q->n, (size_t)q->n * sizeof *q->load);
+    return PD_OK;
+}
+
+pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    int differs = 1, stale = q->stale;
+    pd_status status = PD_OK;
+    if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
+    for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
+        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
+        if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
+        if (status < 0) return status;
+        q->known = 1;
+        stale = 0;
+    }
+    q->time = t;
+    return status;
+}
+
+/* ---- a process ---- */
+
+static pd_status pdi_quasi_static_at(pd_ctx *ctx, void *self, double t)
+{
+    pd_quasi_static *q = (pd_quasi_static *)self;
+    return q->desc.follows && q->known ? PD_OK : pd_quasi_static_to(ctx, q, t);
+}
+
+static pd_status pdi_quasi_static_finish(pd_ctx *ctx, void *self, double t)
+{
+    return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
+}
+
+static pd_status pdi_quasi_static_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_quasi_static *q = (pd_quasi_static *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_quasi_static_list, q, archive));
+    return q->solid.store ? q->solid.store(ctx, q->solid.self, archive) : PD_OK;
+}
+
+pd_process pd_quasi_static_process(pd_quasi_static *q)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "quasi_static";
+    p.self = q;
+    p.start = pdi_quasi_static_at;
+    p.at = pdi_quasi_static_at;
+    p.longest = pdi_process_longest;
+    p.finish = pdi_quasi_static_finish;
+    p.store = pdi_quasi_static_store;
+    return p;
+}
+
+#undef PDI_QUASI_STATIC_EAGER
+#undef PDI_QUASI_STATIC_TIE
+#undef PDI_QUASI_STATIC_NEW
+#undef PDI_QUASI_STATIC_AGAIN
+#undef PDI_QUASI_STATIC_HALVINGS

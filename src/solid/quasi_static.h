@@ -1,0 +1,72 @@
+/* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
+ *
+ * A step finds the balance at its end. Bonds beyond the critical stretch then break, those that are stretched most
+ * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
+ * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
+ * nothing holds against its loads, loses them.
+ */
+#ifndef PD_QUASI_STATIC_H
+#define PD_QUASI_STATIC_H
+#include "solid/equilibrium.h"
+#include "solve/process.h"
+
+/* Loads at time t [s]: load [count][PD_DIM] [N/m3], and into u [count][PD_DIM] [m], which holds the last balance, the
+ * displacements of what is held. */
+typedef pd_status (*pd_load_fn)(pd_ctx *ctx, void *user, double t, double *u, double *load);
+
+typedef struct pd_quasi_static_desc {
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    pd_load_fn load;
+    void *user;
+    double stretch;        /* [-] at which bonds break; 0: none does */
+    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`; -1:
+                            * 0.5 */
+    double rtol;           /* [-] as of pd_equilibrium_desc */
+    int follows;           /* 1: it is solved when a step of the run has ended, with what that has changed; 0: with
+                            * whatever asks for a time */
+} pd_quasi_static_desc;
+
+typedef struct pd_quasi_static {
+    pd_quasi_static_desc desc;
+    pd_solid solid;
+    int64_t n;             /* components of all points */
+    double *u;             /* [n] [m] */
+    double *load;          /* [n] [N/m3] */
+    double *force;         /* [n] [N/m3] of the bonds, at u */
+    double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
+    double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
+    uint8_t *off;          /* [count] 1: of a piece that has come off */
+    double time;           /* [s] of the balance */
+    int known;             /* 1: there is one */
+    int stale;             /* 1: bonds or stiffness are not those of the balance */
+    double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
+    double stored;         /* [J] */
+    double released;       /* [J] energy that broken bonds had */
+    double taken;          /* [J] that went with metal that has gone */
+    double parted;         /* [s] when the first loaded piece came off; -1: none has */
+    int64_t broken, lost;  /* bonds beyond the stretch, and points that came off with loads */
+    int64_t solves, iterations;
+    double residual;       /* [-] of the last balance */
+} pd_quasi_static;
+
+#define pd_quasi_static_build PD_NAME(pd_quasi_static_build)
+#define pd_quasi_static_process PD_NAME(pd_quasi_static_process)
+#define pd_quasi_static_to PD_NAME(pd_quasi_static_to)
+#define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
+
+/* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
+ * of range. */
+PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
+                                       pd_quasi_static *quasi_static);
+/* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium
+ * and of the material; PD_ERR_STATE: no step is short enough (metal flows without end, or the body buckles). */
+PD_API pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
+/* As a process of a run. */
+PD_API pd_process pd_quasi_static_process(pd_quasi_static *quasi_static);
+PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
+#endif
+
+#endif

@@ -1,0 +1,216 @@
+/* test_quasi_static: bodies under loads that change, bonds that break, and the balance of energies.
+ * dims: 1 2 3 */
+#include "solid/elastic.h"
+#include "solid/quasi_static.h"
+#include "test.h"
+#include <math.h>
+
+#define MOST 2000 /* points */
+#define YOUNG 70e9
+
+typedef struct body_case {
+    pd_ctx ctx;
+    pd_body_desc desc;
+    pd_body body;
+    pd_elastic elastic;
+    pd_quasi_static rest;
+    double position[MOST * PD_DIM], volume[MOST];
+    uint8_t held[MOST * PD_DIM];
+    double h, pull;  /* [m], [m/s] of the end, or [Pa/s] on it */
+    int dead;        /* 1: a traction pulls */
+} body_case;
+
+static body_case test_case;
+
+/* The end x = 1 moves, or a traction pulls there. */
+static pd_status pulled(pd_ctx *ctx, void *user, double t, double *u, double *load)
+{
+    const body_case *c = (const body_case *)user;
+    (void)ctx;
+    for (int32_t i = 0; i < c->body.count; i++) {
+        const double *x = c->position + i * PD_DIM;
+        if (x[0] < c->h) for (int d = 0; d < PD_DIM; d++) u[i * PD_DIM + d] = 0.0;
+        if (x[0] > 1.0 - c->h && !c->dead) u[i * PD_DIM] = c->pull * t;
+        if (x[0] > 1.0 - 4.0 * c->h && c->dead)
+            load[i * PD_DIM] = -c->pull * t * c->elastic.edge[i * PD_DIM];
+    }
+    return PD_OK;
+}
+
+/* A bar of length 1, 2 n cells long and n wide; from both faces a slit half as long as it is wide at x = 0.5 leaves the
+ * middle. */
+static body_case *bar(int n, int slit, int dead, double yield, double stretch)
+{
+    body_case *c = &test_case;
+    pd_elastic_desc desc;
+    pd_quasi_static_desc rest;
+    memset(c, 0, sizeof *c);
+    pd_ctx_init(&c->ctx);
+    c->h = 0.5 / n;
+    c->dead = dead;
+    int all = 2 * n;
+    for (int d = 1; d < PD_DIM; d++) all *= d == 1 ? n : 2;
+    for (int k = 0; k < all; k++) {
+        double *x = c->position + c->desc.count * PD_DIM;
+        for (int d = 0, rest_of = k; d < PD_DIM; d++) {
+            int wide = d == 0 ? 2 * n : d == 1 ? n : 2;
+            x[d] = (rest_of % wide + 0.5) * c->h;
+            rest_of /= wide;
+        }
+        c->volume[c->desc.count++] = pow(c->h, PD_DIM);
+    }
+    for (int32_t i = 0; i < c->desc.count; i++)
+        for (int d = 0; d < PD_DIM; d++)
+            c->held[i * PD_DIM + d] = c->position[i * PD_DIM] < c->h ||
+                                      (d == 0 && !dead && c->position[i * PD_DIM] > 1.0 - c->h);
+    c->desc.position = c->position;
+    c->desc.volume = c->volume;
+    c->desc.horizon = 2.0 * c->h;
+    c->desc.spacing = c->h;
+    if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
+    for (int32_t i = 0; i < c->body.count && slit; i++)
+        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+            const double *x = c->position + i * PD_DIM, *to = c->position + c->body.column[b] * PD_DIM;
+            double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
+            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) c->body.broken[b] = 1;
+        }
+    memset(&desc, 0, sizeof desc);
+    desc.young = YOUNG;
+    desc.poisson = 0.3;
+    desc.yield = yield;
+    desc.hardening = 0.01 * YOUNG;
+    desc.loose = 1;
+    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
+    memset(&rest, 0, sizeof rest);
+    rest.held = c->held;
+    rest.load = pulled;
+    rest.user = c;
+    rest.stretch = stretch;
+    rest.eager = -1.0;
+    pd_solid solid = pd_elastic_solid(&c->elastic);
+    return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest)) ? c : NULL;
+}
+
+static void end(body_case *c)
+{
+    pd_quasi_static_free(&c->ctx, &c->rest);
+    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_body_free(&c->ctx, &c->body);
+    CHECK_INT(c->ctx.in_use, 0);
+}
+
+/* Nothing breaks: work is stored, whatever the way and back, by loads and by what is held. */
+TEST(work_is_stored)
+{
+    for (int dead = 0; dead < 2; dead++) {
+        body_case *c = bar(8, 0, dead, 0.0, 0.0);
+        if (!c) return;
+        c->pull = dead ? 1e6 : 1e-4;
+        for (int step = 1; step <= 5; step++) {
+            double t = step == 3 ? -2.0 : step;
+            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, t));
+            CHECK_REL(c->rest.work, c->rest.stored, 1e-8);
+        }
+        CHECK_INT((int)c->rest.solves, 5);
+        CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, 5.0)); /* nothing is new */
+        CHECK_INT((int)c->rest.solves, 5);
+        end(c);
+    }
+}
+
+/* Plastic flow: work is stored or has become heat and hardening, up to the error of the mean of both ends of a step,
+ * which is of second order in the step. */
+TEST(work_of_flow)
+{
+    double off[2];
+    for (int fine = 0; fine < 2; fine++) {
+        body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 1e-3 * YOUNG, 0.0);
+        int steps = fine ? 16 : 8;
+        if (!c) return;
+        c->pull = 4e-3;
+        for (int step = 1; step <= steps; step++)
+            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step / steps));
+        double spent = c->rest.stored + c->rest.solid.dissipated(c->rest.solid.self);
+        off[fine] = fabs(c->rest.work - spent) / c->rest.work;
+        CHECK_LE(c->rest.stored, 0.95 * c->rest.work);
+        end(c);
+    }
+    NOTE("work of flow: off by %.2e, %.2e with half the step", off[0], off[1]);
+    CHECK_LE(off[0], 0.01);
+    CHECK_LE(off[1], 0.4 * off[0]);
+}
+
+/* A slit bar is pulled apart: it holds, then it breaks. What is left over is what a crack that runs by itself would turn
+ * into motion, and is never negative. The halves mirror each other. */
+TEST(pulled_apart)
+{
+    for (int eager = 0; eager < 2; eager++) {
+        body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 0.0, 5e-3);
+        double most = 0.0, skew = 0.0, size = 0.0;
+        if (!c) return;
+        c->pull = 1e-3;
+        c->rest.desc.eager = eager ? 1.0 : 0.0;
+        for (int step = 1; step <= 12 && c->rest.parted < 0.0; step++) {
+            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step));
+            double pull = 0.0;
+            for (int32_t i = 0; i < c->body.count; i++)
+                if (c->position[i * PD_DIM] > 1.0 - c->h) pull -= c->volume[i] * c->rest.force[i * PD_DIM];
+            most = fmax(most, pull);
+            CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
+        }
+        for (int32_t i = 0; i < c->body.count; i++) { /* mirrored at y = 0.25; 1D: nothing to compare */
+            const double *x = c->position + i * PD_DIM;
+            for (int32_t j = 0; j < c->body.count && PD_DIM > 1; j++) {
+                const double *y = c->position + j * PD_DIM;
+                double apart = fabs(x[0] - y[0]) + fabs(x[1] + y[1] - 0.5);
+                if (PD_DIM == 3) apart += fabs(x[2] - y[2]);
+                if (apart > 0.1 * c->h) continue;
+                skew = fmax(skew, fabs(c->rest.u[i * PD_DIM] - c->rest.u[j * PD_DIM]));
+                size = fmax(size, fabs(c->rest.u[i * PD_DIM]));
+            }
+        }
+        NOTE("pulled apart, eager %d: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g",
+             eager, (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored, c->rest.released,
+             c->rest.work - c->rest.stored - c->rest.released);
+        CHECK(c->rest.broken > 0);
+        CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
+        CHECK_LE(skew, 1e-6 * size);
+        end(c);
+    }
+}
+
+/* Under a dead load the end comes off and loses it. */
+TEST(comes_off)
+{
+    body_case *c = bar(8, 1, 1, 0.0, 5e-3);
+    if (!c) return;
+    c->pull = 1e-4 * YOUNG;
+    for (int step = 1; step <= 60 && c->rest.parted < 0.0; step++)
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step))) break;
+    NOTE("comes off at %g of E, %d points", 1e-4 * c->rest.parted, (int)c->rest.lost);
+    CHECK(c->rest.parted > 0.0);
+    CHECK(c->rest.lost >= c->body.count / 4);
+    CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
+    end(c);
+}
+
+TEST(bad_input)
+{
+    body_case *c = bar(4, 0, 0, 0.0, 0.0);
+    pd_quasi_static_desc desc;
+    pd_quasi_static rest;
+    if (!c) return;
+    pd_solid solid = pd_elastic_solid(&c->elastic);
+    for (int way = 0; way < 4; way++) {
+        desc = c->rest.desc;
+        if (way == 0) desc.stretch = -1.0;
+        if (way == 1) desc.stretch = NAN;
+        if (way == 2) desc.eager = 2.0;
+        if (way == 3) desc.rtol = 1.0;
+        CHECK_INT(pd_quasi_static_build(&c->ctx, &solid, &desc, &rest), PD_ERR_ARGUMENT);
+        CHECK(strncmp(c->ctx.message, "quasi_static: ", 14) == 0);
+    }
+    end(c);
+}
+
+TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(comes_off) ENTRY(bad_input))
