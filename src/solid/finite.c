@@ -63,6 +63,8 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
     PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
     PDI_ARRAY(owner, finite, work, count, "");
+    if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
+    PDI_VALUE(owner, finite, cost, "J");
     if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_FINITE_MODULI, "Pa");
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
@@ -446,14 +448,14 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
         if (pdi_finite_own(f)) {
             pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
             pdi_finite_add_one(part, full);
-            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b)) / f->total[i];
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
         } else {
             pdi_finite_stray(f, u, h, i, b, &bond, z);
             sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
         }
     }
     pdi_finite_add_one(h, full);
-    if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i));
+    if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i), 0);
     return sum * pdi_finite_stiff(f, i);
 }
 
@@ -473,10 +475,11 @@ static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
     return pdi_sum_total(&all);
 }
 
-/* Mean Cauchy stress of the bonds of point i, or what has yielded stays. */
+/* Mean Cauchy stress of the bonds of point i, or, where that is NULL, what has yielded stays and costs f->work. */
 static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i, double *stress)
 {
-    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0}, single = 1.0;
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
+    double single = 1.0, normal, all = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
     for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
@@ -488,12 +491,17 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
             single = bond.weight / f->total[i];
         }
         pdi_finite_add_one(part, full);
-        if (!stress) pdi_finite_law_commit(m, full, pdi_finite_state(f, site));
-        else if (pdi_finite_law_cauchy(m, full, pdi_finite_state(f, site), part))
+        if (!stress) {
+            all += single * pdi_finite_law_commit(m, full, pdi_finite_state(f, site));
+        } else if (pdi_finite_law_cauchy(m, full, pdi_finite_state(f, site), part, &normal)) {
             for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
+            all += single * normal;
+        }
         if (!pdi_finite_own(f)) break;
     }
     for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiff(f, i);
+    if (!stress) f->work[i] = all * pdi_finite_stiff(f, i);
+    else if (f->across) f->across[i] = all * pdi_finite_stiff(f, i);
 }
 
 static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
@@ -514,10 +522,21 @@ static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, do
 static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite *f = (pd_finite *)self;
+    pdi_sum all = {f->cost, 0.0};
     pdi_finite_visit_all(ctx, f, u, NULL);
+    for (int32_t i = 0; i < f->body->count; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    f->cost = pdi_sum_total(&all);
     f->known = 0;
     return PD_OK;
 }
+
+static double pdi_finite_normal(const void *self, int32_t i, const double *stress)
+{
+    (void)stress;
+    return ((const pd_finite *)self)->across[i];
+}
+
+static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
 
 static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
@@ -603,7 +622,11 @@ pd_solid pd_finite_solid(pd_finite *f)
     s.energy = pdi_finite_energy;
     s.stress = pdi_finite_stress;
     s.update = pdi_finite_update;
-    if (f->desc.law.kind == PD_FINITE_J2) s.commit = pdi_finite_commit;
+    if (PD_DIM == 2) s.normal = pdi_finite_normal;
+    if (f->desc.law.kind == PD_FINITE_J2) {
+        s.dissipated = pdi_finite_dissipated;
+        s.commit = pdi_finite_commit;
+    }
     s.limit = pdi_finite_limit;
     s.store = pdi_finite_store;
     return s;

@@ -49,6 +49,8 @@ typedef struct pd_finite {
     double *state;     /* [bonds or count][state] [-] J2 */
     double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
     int known;         /* 1: they are those of u */
+    double *across;    /* [count] [Pa] in 2D: normal stress across the plane, of the last stresses */
+    double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
     int64_t lost;      /* bonds that loose points have lost */
 } pd_finite;
 
@@ -60,9 +62,9 @@ typedef struct pd_finite {
 /* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
  * of a point do not span all directions (the message names it). */
 PD_API pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *finite);
-/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy holds the
- * plastic work, too, so it is what loads have done in slow loading; it is infinite where a bond is turned inside out.
- * A failed update leaves the material without use. The body has no other user that stores which bonds are broken. */
+/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
+ * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
+ * are broken. */
 PD_API pd_solid pd_finite_solid(pd_finite *finite);
 /* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
 PD_API void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *finite, double *strain);

@@ -341,7 +341,8 @@ PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, c
     }
 }
 
-PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress)
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across)
 {
     pdi_finite_spectrum s;
     double p[PDI_TENSOR], turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
@@ -349,17 +350,21 @@ PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, co
     if (m->law.kind == PD_FINITE_NEO_HOOKEAN) {
         pdi_finite_law_neo(m, f, NULL, p);
         pdi_tensor_product_right(p, f, stress);
-        det *= exp(m->free * pdi_finite_law_across(m, log(det)));
+        double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+        det *= exp(m->free * y);
+        *across = m->mu * expm1(2.0 * y) + m->lambda * (log_det + m->free * y);
     } else {
         if (!pdi_finite_law_spectrum(m, f, state, &s)) return 0;
         pdi_finite_law_kirchhoff(&s, stress);
+        *across = s.stress[2];
         if (m->free) det *= exp(m->free * (s.strain[2] - (state ? 0.5 * log1p(state[PDI_FINITE_STATE - 2]) : 0.0)));
     }
     for (int k = 0; k < PDI_TENSOR; k++) stress[k] /= det;
+    *across /= det;
     return 1;
 }
 
-PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state)
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows)
 {
     pdi_finite_spectrum s;
     double bulk = m->lambda + 2.0 * m->mu / 3.0, trace = 0.0, size = 0.0, slope, work = 0.0;
@@ -367,16 +372,17 @@ PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f,
     if (!pdi_finite_law_spectrum(m, f, state, &s)) return HUGE_VAL;
     for (int a = 0; a < 3; a++) trace += s.strain[a];
     for (int a = 0; a < 3; a++) size += pow(s.slope * (s.strain[a] - trace / 3.0), 2.0);
-    if (m->law.kind == PD_FINITE_J2)
+    if (flows && m->law.kind == PD_FINITE_J2)
         pdi_finite_law_yield(&m->law, (state ? state[PDI_FINITE_STATE - 1] : 0.0) + s.flow, &slope, &work);
     return 0.5 * bulk * trace * trace + 0.25 * size / m->mu + work;
 }
 
-PDI_FN void pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state)
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state)
 {
     pdi_finite_spectrum s;
     double hat[PDI_TENSOR] = {0.0}, b[PDI_TENSOR], part[PDI_TENSOR], g[PDI_TENSOR], left[3];
-    if (!pdi_finite_law_spectrum(m, f, state, &s) || !(s.flow > 0.0)) return;
+    double *slip = state + PDI_FINITE_STATE - 1, slope, before, after;
+    if (!pdi_finite_law_spectrum(m, f, state, &s) || !(s.flow > 0.0)) return 0.0;
     double trace = s.strain[0] + s.strain[1] + s.strain[2];
     for (int a = 0; a < 3; a++)
         left[a] = trace / 3.0 + 0.5 * s.slope / m->mu * (s.strain[a] - trace / 3.0);
@@ -391,7 +397,10 @@ PDI_FN void pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, d
         double across = (1.0 + state[PDI_FINITE_STATE - 2]) * exp(2.0 * (left[2] - s.strain[2]));
         state[PDI_FINITE_STATE - 2] = across - 1.0;
     }
-    state[PDI_FINITE_STATE - 1] += s.flow;
+    pdi_finite_law_yield(&m->law, *slip, &slope, &before);
+    *slip += s.flow;
+    pdi_finite_law_yield(&m->law, *slip, &slope, &after);
+    return after - before;
 }
 
 #undef PDI_FINITE_LAW_ROUNDING

@@ -57,12 +57,14 @@ PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, co
 PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
                                    double *dp);
 PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli);
-/* Cauchy stress [Pa]. */
-PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress);
-/* Energy density [Pa] and the plastic work since the beginning; infinite where F turns the place inside out. */
-PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state);
-/* What has yielded under F stays. */
-PDI_FN void pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state);
+/* Cauchy stress [Pa], and in 2D the normal one across the plane. */
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across);
+/* Energy density [Pa]; infinite where F turns the place inside out. flows 1: and the plastic work [Pa] since the
+ * beginning, up to F; the stress is the derivative of both. */
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows);
+/* What has yielded under F stays. Returns the plastic work [Pa]. */
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state);
 #endif
 
 #endif
