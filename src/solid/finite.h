@@ -5,7 +5,8 @@
  * forces are its derivative (theory: 8.7). Plain correspondence, which takes F for all bonds, lets patterns pass
  * without energy; it is here with the term of Silling against them, and without.
  *
- * Under J2 each bond of a family has its own state, with plain correspondence each point.
+ * Under J2 each bond of a family has its own state, with plain correspondence each point. Bonds that break change the
+ * gradients of those that stay, and not what these have yielded: energies then balance to some percent, not exactly.
  *
  * Sources: Breitzman and Dayal 2018; Behzadinasab and Foster 2020; Silling 2017 (stability of correspondence).
  */
