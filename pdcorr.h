@@ -97,6 +97,7 @@
  *     plastic    metal that flows at von Mises' yield stress and hardens, at small strains.
  *     elastic    small strains of a body by bond-associated correspondence.
  *     equilibrium displacements of a body at rest under loads and held points.
+ *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of springs in motion, by velocity Verlet.
  *     tensor     vectors and tensors of mechanics in loops over bonds.
@@ -117,6 +118,7 @@
  *     dissolve   a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+ *     structure  the metal of a lattice as a body under load.
  *     couple     a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
  *   io/
  *     file       whole-file reading with a limit, writing aside and renaming, appending line by line, directories, numbers.
@@ -143,8 +145,9 @@
  *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
  *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
  *     fingerprint what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
- *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *     reader     what the readers of sections share: the text, the setup that they fill, numbers within bounds.
+ *     read_solid the section [solid] of a scene, and what holds and loads the metal: keys of sides and of shapes.
+ *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *     read_metal reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
  *     read_flat  the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
@@ -154,6 +157,7 @@
  *   run/
  *     inlet      prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it.
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
+ *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
@@ -3655,6 +3659,10 @@ typedef struct pd_solid {
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
+    /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
+    double (*normal)(const void *self, int32_t i, const double *stress);
+    /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
+    double (*dissipated)(const void *self);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
@@ -3784,11 +3792,6 @@ PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
-/* [J] (per m in 2D, per m2 in 1D) of plastic flow up to the last state: what has become heat, and what hardening
- * holds. */
-PDI_FN double pdi_elastic_dissipated(const pd_elastic *elastic);
-/* Of a point with the in-plane stress: the mean of the three normal stresses [Pa]. */
-PDI_FN double pdi_elastic_pressure(const pd_elastic *elastic, int32_t i, const double *stress);
 #endif
 
 #endif
@@ -3826,6 +3829,82 @@ typedef struct pd_equilibrium_result {
  * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
+
+#ifdef PDI_INTERNAL
+/* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
+PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                 const int32_t *piece, int32_t count, double *sum);
+#endif
+
+#endif
+
+/* ======== >>solid/quasi_static.h ======== */
+/* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
+ *
+ * A step finds the balance at its end. Bonds beyond the critical stretch then break, those that are stretched most
+ * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
+ * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
+ * nothing holds against its loads, loses them.
+ */
+#ifndef PD_QUASI_STATIC_H
+#define PD_QUASI_STATIC_H
+
+/* Loads at time t [s]: load [count][PD_DIM] [N/m3], and into u [count][PD_DIM] [m], which holds the last balance, the
+ * displacements of what is held. */
+typedef pd_status (*pd_load_fn)(pd_ctx *ctx, void *user, double t, double *u, double *load);
+
+typedef struct pd_quasi_static_desc {
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    pd_load_fn load;
+    void *user;
+    double stretch;        /* [-] at which bonds break; 0: none does */
+    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`;
+                            * -1: 0.5 */
+    double rtol;           /* [-] as of pd_equilibrium_desc */
+} pd_quasi_static_desc;
+
+typedef struct pd_quasi_static {
+    pd_quasi_static_desc desc;
+    pd_solid solid;
+    int64_t n;             /* components of all points */
+    double *u;             /* [n] [m] */
+    double *load;          /* [n] [N/m3] */
+    double *force;         /* [n] [N/m3] of the bonds, at u */
+    double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
+    double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
+    uint8_t *off;          /* [count] 1: of a piece that has come off */
+    double time;           /* [s] of the balance */
+    int known;             /* 1: there is one */
+    int stale;             /* 1: bonds or stiffness are not those of the balance */
+    double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
+    double stored;         /* [J] */
+    double released;       /* [J] energy that broken bonds had */
+    double taken;          /* [J] that went with metal that has gone */
+    double parted;         /* [s] when the first loaded piece came off; -1: none has */
+    int64_t broken, lost;  /* bonds beyond the stretch, and points that came off with loads */
+    int64_t solves, iterations;
+    double residual;       /* [-] of the last balance */
+} pd_quasi_static;
+
+#define pd_quasi_static_build PD_NAME(pd_quasi_static_build)
+#define pd_quasi_static_process PD_NAME(pd_quasi_static_process)
+#define pd_quasi_static_to PD_NAME(pd_quasi_static_to)
+#define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
+
+/* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
+ * of range. */
+PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
+                                       pd_quasi_static *quasi_static);
+/* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium
+ * and of the material; PD_ERR_STATE: no step is short enough (metal flows without end, or the body buckles). */
+PD_API pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
+/* As a process of a run. */
+PD_API pd_process pd_quasi_static_process(pd_quasi_static *quasi_static);
+PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
+#endif
 
 #endif
 
@@ -4968,6 +5047,81 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
 
 #endif
 
+/* ======== >>couple/structure.h ======== */
+/* structure: the metal of a lattice as a body under load.
+ *
+ * Points are the solid nodes of the start. A node that turns fluid loses its bonds; one that has lost a part of its
+ * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
+ * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
+ * the next step knows its stress: the coupling is of first order in time.
+ */
+#ifndef PD_STRUCTURE_H
+#define PD_STRUCTURE_H
+
+/* What the speed may depend on. */
+typedef struct pd_structure_at {
+    double pressure;  /* [Pa] mean of the normal stresses, tension positive */
+    double mises;     /* [Pa] stress of von Mises */
+    double slip;      /* [-] equivalent plastic strain */
+    double x[PD_DIM]; /* [m] */
+    double t;         /* [s] */
+} pd_structure_at;
+
+/* Factor [-] of the speed there, at least 0. */
+typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
+
+typedef struct pd_structure_desc {
+    double m;                /* [-] horizon over the spacing, which is the same along all axes */
+    pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
+    double stretch;          /* [-] at which bonds break; 0: none does */
+    double rtol;             /* [-] as of pd_equilibrium_desc */
+    pd_load_fn load;
+    void *user;
+    pd_pace_fn pace;         /* NULL: the speed does not depend on stress */
+    void *pace_user;
+    const double *factor;    /* [total] [-] of the speed without stress; NULL: 1. Borrowed */
+} pd_structure_desc;
+
+typedef struct pd_structure {
+    pd_structure_desc desc;
+    const pd_grid *grid;
+    pd_dissolve *dissolve;   /* NULL: the metal stays */
+    int32_t count;           /* points */
+    int32_t total;           /* nodes, of `point` */
+    int32_t *node;           /* [count] */
+    int32_t *point;          /* [total] of a node; -1: none */
+    pd_body body;
+    pd_elastic elastic;
+    pd_quasi_static rest;
+    uint8_t *held;           /* [count][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the build */
+    double *stiff;           /* [count] [-] */
+    double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
+    double *pressure, *mises; /* [count] [Pa] of that */
+    double *factor;          /* [total] [-] of the speed; empty without `pace` */
+    int64_t seen;            /* solves that stress is known for */
+} pd_structure;
+
+#define pd_structure_build PD_NAME(pd_structure_build)
+#define pd_structure_process PD_NAME(pd_structure_process)
+#define pd_structure_free PD_NAME(pd_structure_free)
+
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
+ * node whose bonds do not span all directions. */
+PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
+                                    pd_structure *structure);
+/* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
+ * structure->factor. */
+PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
+PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
+/* Share of the bonds of a point that are broken [-]. */
+PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
+#endif
+
+#endif
+
 /* ======== >>couple/couple.h ======== */
 /* couple: a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
  *
@@ -5971,6 +6125,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
+#define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -5985,6 +6140,11 @@ typedef enum pd_field {
     PD_FIELD_DENSITY,
     PD_FIELD_DAMAGE,
     PD_FIELD_ENERGY,
+    PD_FIELD_U,
+    PD_FIELD_MISES,
+    PD_FIELD_PRESSURE,
+    PD_FIELD_SLIP,
+    PD_FIELD_BROKEN,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -5996,6 +6156,7 @@ typedef enum pd_part {
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
     PD_PART_GRAIN,
+    PD_PART_SOLID,
     PD_PART_COUNT
 } pd_part;
 
@@ -6058,7 +6219,9 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
     PD_MONITOR_FORCE,    /* of the flow on what a box holds */
     PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
-    PD_MONITOR_TOTAL     /* what a box holds */
+    PD_MONITOR_TOTAL,    /* what a box holds */
+    PD_MONITOR_GRIP,     /* force of a grip on a body */
+    PD_MONITOR_SOLID     /* energies of a body, and its extremes */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -6076,7 +6239,7 @@ typedef struct pd_setup_monitor {
     unsigned fields, images;       /* line. bit k: pd_field k */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index */
+    int index;                     /* plane: between the cells index - 1 and index; grip: its place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -6113,6 +6276,36 @@ typedef struct pd_setup_metal {
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
 } pd_setup_metal;
 
+/* What holds or loads a body: a side of the box, or all of it in a shape. */
+typedef struct pd_setup_grip {
+    int side;               /* -1: the shape */
+    int shape;              /* index */
+    int section;            /* of the text */
+    int moves[PD_DIM];      /* 1: the displacement along this axis is given */
+    pd_expr move[PD_DIM];   /* of x, y, z, t; in m */
+    int pulls;              /* 1: a side with a traction */
+    pd_expr pull[PD_DIM];   /* of x, y, z, t; in Pa */
+    int presses;            /* 1: a side under pressure */
+    pd_expr press;          /* of x, y, z, t; in Pa */
+} pd_setup_grip;
+
+/* Mechanics of the metal. */
+typedef struct pd_setup_body {
+    double young, poisson;   /* [Pa], [-] */
+    pd_plane plane;
+    pd_influence influence;
+    double m;                /* [-] horizon ratio of its bonds */
+    double yield, hardening; /* [Pa] 0: it does not flow */
+    double stretch;          /* [-] at which bonds break, 0: none does */
+    double rtol;             /* [-] */
+    pd_expr force[PD_DIM];   /* of x, y, z, t; in N/m3 */
+    int weighs;              /* 1: there is one */
+    pd_setup_grip grip[PD_SETUP_GRIPS];
+    int grips;
+    int paces;               /* 1: the speed of the law is multiplied */
+    pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
+} pd_setup_body;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -6141,6 +6334,7 @@ typedef struct pd_setup {
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* metal goes */
     int has_corrode;                   /* it goes by bond-based corrosion */
+    int has_solid;                     /* it is elastic */
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -6186,6 +6380,7 @@ typedef struct pd_setup {
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
+    pd_setup_body metal_body;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -6237,6 +6432,9 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 /* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
 #define PDI_SETUP_LAW (PD_DIM + 2)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
+#define PDI_SETUP_PACE (PD_DIM + 4)
+PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
 /* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t. */
@@ -6361,19 +6559,6 @@ PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *setup, con
 
 #endif
 
-/* ======== >>scene/read_shapes.h ======== */
-/* read_shapes: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
-#ifndef PD_READ_SHAPES_H
-#define PD_READ_SHAPES_H
-
-#ifdef PDI_INTERNAL
-/* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
- * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
-PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
-#endif
-
-#endif
-
 /* ======== >>scene/reader.h ======== */
 /* reader: what the readers of sections share: the text, the setup that they fill, numbers within bounds. */
 #ifndef PD_READER_H
@@ -6399,6 +6584,33 @@ PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char 
                                          const char *fallback, double *value);
 /* The concentration at the start, key `initial` of a section. */
 PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
+#endif
+
+#endif
+
+/* ======== >>scene/read_solid.h ======== */
+/* read_solid: the section [solid] of a scene, and what holds and loads the metal: keys of sides and of shapes. */
+#ifndef PD_READ_SOLID_H
+#define PD_READ_SOLID_H
+
+#ifdef PDI_INTERNAL
+/* After shapes, sides and metals. */
+PDI_FN pd_status pdi_read_solid_read(pdi_reader *s);
+/* A shape of kind grip, before [solid] is read. */
+PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);
+#endif
+
+#endif
+
+/* ======== >>scene/read_shapes.h ======== */
+/* read_shapes: the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains. */
+#ifndef PD_READ_SHAPES_H
+#define PD_READ_SHAPES_H
+
+#ifdef PDI_INTERNAL
+/* Read all [shape ...] sections: geometry, solid, wall, material and grains of the setup. folder: where the paths of
+ * masks start. PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line. */
+PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup);
 #endif
 
 #endif
@@ -6648,6 +6860,33 @@ PDI_FN double pdi_wall_held(void *user, const double *x);
 
 #endif
 
+/* ======== >>run/grip.h ======== */
+/* grip: what holds and loads a body: sides of the box, shapes, forces on all of it. */
+#ifndef PD_GRIP_H
+#define PD_GRIP_H
+
+typedef struct pd_grips {
+    const pd_setup *setup;
+    pd_structure *structure;
+    double area[PD_SETUP_GRIPS]; /* [m^(d-1)] of metal on a side at the start */
+} pd_grips;
+
+#ifdef PDI_INTERNAL
+/* Find what the grips of the setup hold, and say so in structure->held. PD_ERR_GEOMETRY: a grip that touches no metal.
+ * All is borrowed. */
+PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
+/* A pd_load_fn; user is the pd_grips. A side moves its face: the row of nodes beside it is half a cell inside and moves
+ * as the strain there says. A traction acts on the metal that the side had at the start: the load stays as metal goes.
+ * PD_ERR_STATE: a value is not finite, or no metal is left to bear a traction. */
+PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
+/* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body, in the last balance. */
+PDI_FN void pdi_grip_reaction(const pd_grips *grips, int k, double *force);
+/* A pd_pace_fn; user is the pd_setup. */
+PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at);
+#endif
+
+#endif
+
 /* ======== >>run/footprint.h ======== */
 /* footprint: the memory of a run, from its setup alone: nothing is built for it.
  *
@@ -6709,6 +6948,8 @@ typedef struct pd_model {
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
+    pd_structure structure;
+    pd_grips grips;
     pd_dissolve dissolve;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
@@ -6840,6 +7081,7 @@ typedef struct pd_output {
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
+    double *displaced;        /* [PD_DIM][total] [m] */
     double *cell;             /* [cells] [unit of the field] of the drawn plane */
     uint8_t *paint;           /* [cells] */
     int64_t cells;
@@ -23583,14 +23825,6 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, 
     }
 }
 
-PDI_FN double pdi_elastic_dissipated(const pd_elastic *e)
-{
-    pdi_sum all = {0.0, 0.0};
-    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
-        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
-    return pdi_sum_total(&all);
-}
-
 /* ---- what solvers see ---- */
 
 static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
@@ -23638,6 +23872,26 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+static double pdi_elastic_solid_dissipated(const void *self)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    pdi_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->count && e->plastic.count; i++)
+        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * pdi_plastic_dissipated(&e->plastic, i));
+    return pdi_sum_total(&all);
+}
+
+/* Plane strain: there is none but the plastic one. */
+static double pdi_elastic_solid_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double stiff = pdi_elastic_stiff(e, i), relief = 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0)) return 0.0;
+    if (e->plastic.count) relief = pdi_elastic_trace(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR);
+    double trace = (pdi_elastic_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
+    return stiff * (e->lambda * trace + relief);
 }
 
 static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
@@ -23704,6 +23958,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.blocks = pdi_elastic_solid_blocks;
     solid.energy = pdi_elastic_solid_energy;
     solid.stress = pdi_elastic_solid_stress;
+    solid.normal = pdi_elastic_solid_normal;
+    if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;
     solid.limit = pdi_elastic_solid_limit;
@@ -23829,23 +24085,29 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
+PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                 const int32_t *piece, int32_t count, double *sum)
+{
+    double all = 0.0, size = 0.0;
+    for (int32_t n = 0; n < count; n++) {
+        int64_t k = (int64_t)piece[n] * PD_DIM + axis;
+        if (held && held[k]) return 1;
+        all += body->volume[piece[n]] * load[k];
+        size += body->volume[piece[n]] * fabs(load[k]);
+    }
+    if (sum) *sum = all;
+    return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
+}
+
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
 static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
-    for (int a = 0; a < PD_DIM; a++) {
-        double sum = 0.0, size = 0.0;
-        int held = 0;
-        for (int32_t n = 0; n < count; n++) {
-            int64_t k = (int64_t)piece[n] * PD_DIM + a;
-            held = held || pdi_equilibrium_held(q, k);
-            sum += q->solid->body->volume[piece[n]] * q->load[k];
-            size += q->solid->body->volume[piece[n]] * fabs(q->load[k]);
-        }
-        if (!held && fabs(sum) > PDI_EQUILIBRIUM_ROUNDING * size)
+    double sum = 0.0;
+    for (int a = 0; a < PD_DIM; a++)
+        if (!pdi_equilibrium_bears(q->solid->body, q->desc->held, q->load, a, piece, count, &sum))
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
                             "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
                             "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
-    }
     return PD_OK;
 }
 
@@ -24011,6 +24273,337 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_BEYOND
+
+/* ======== >>solid/quasi_static.c ======== */
+/* quasi_static: see quasi_static.h */
+#include <math.h>
+#include <string.h>
+
+/* Default of `eager`. */
+#define PDI_QUASI_STATIC_EAGER 0.5
+/* Bonds whose stretches differ by this share break together: mirror images do. */
+#define PDI_QUASI_STATIC_TIE 1e-9
+/* Displacements and loads are new when they change by more than this share of the largest. */
+#define PDI_QUASI_STATIC_NEW 1e-9
+/* Most times that what is held is asked for again, since it may depend on the balance. */
+#define PDI_QUASI_STATIC_AGAIN 12
+/* Most halvings of a step. */
+#define PDI_QUASI_STATIC_HALVINGS 8
+
+PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
+{
+    pd_quasi_static *quasi_static = (pd_quasi_static *)object;
+    PDI_STATE(owner, quasi_static, u, quasi_static->n, "m");
+    PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
+    PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
+    PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
+    PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
+    PDI_VALUE(owner, quasi_static, time, "s");
+    PDI_VALUE(owner, quasi_static, known, "1");
+    PDI_VALUE(owner, quasi_static, stale, "1");
+    PDI_VALUE(owner, quasi_static, work, "J");
+    PDI_VALUE(owner, quasi_static, stored, "J");
+    PDI_VALUE(owner, quasi_static, released, "J");
+    PDI_VALUE(owner, quasi_static, taken, "J");
+    PDI_VALUE(owner, quasi_static, parted, "s");
+    PDI_VALUE(owner, quasi_static, broken, "1");
+    PDI_VALUE(owner, quasi_static, lost, "1");
+    PDI_VALUE(owner, quasi_static, solves, "1");
+    PDI_VALUE(owner, quasi_static, iterations, "1");
+    PDI_VALUE(owner, quasi_static, residual, "1");
+}
+
+pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
+                                pd_quasi_static *q)
+{
+    memset(q, 0, sizeof *q);
+    if (!(desc->stretch >= 0.0) || !(desc->stretch < 1e100) || !(desc->eager <= 1.0) || !(desc->rtol >= 0.0) ||
+        !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "a critical stretch of %g, %g of what is beyond it and "
+                        "rtol = %g: expected a positive stretch, 0 to 1, and 0 to 1", desc->stretch, desc->eager,
+                        desc->rtol);
+    q->desc = *desc;
+    if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
+    q->solid = *solid;
+    q->n = (int64_t)solid->body->count * PD_DIM;
+    q->parted = -1.0;
+    pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    if (status < 0) pd_quasi_static_free(ctx, q);
+    return status;
+}
+
+void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pdi_owner_free(ctx, pdi_quasi_static_list, q);
+    memset(q, 0, sizeof *q);
+}
+
+/* ---- loads ---- */
+
+static int pdi_quasi_static_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
+
+/* The state before a move. */
+static void pdi_quasi_static_keep(pd_quasi_static *q)
+{
+    memcpy(q->before, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->before + q->n, q->load, (size_t)q->n * sizeof *q->load);
+    memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
+}
+
+/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
+ * no loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
+    PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
+    for (int64_t k = 0; k < q->n; k++) {
+        const double *start = q->start + k;
+        if (q->off[k / PD_DIM]) q->load[k] = 0.0;
+        if (!(part < 1.0)) continue;
+        q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
+    }
+    return PD_OK;
+}
+
+/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
+{
+    for (int a = 0; a < PD_DIM; a++)
+        if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
+    return 0;
+}
+
+/* Pieces that have come off lose their loads. */
+static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    int32_t *piece = NULL, all = q->solid.body->count;
+    uint8_t *seen = NULL;
+    pd_status status = PDI_NEW(ctx, "quasi_static", all, piece);
+    if (status == PD_OK) status = PDI_NEW(ctx, "quasi_static", all, seen);
+    for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        if (seen[i]) continue;
+        int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
+        if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
+        for (int32_t k = 0; k < count; k++) {
+            q->off[piece[k]] = 1;
+            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
+        }
+        q->lost += count;
+        if (q->parted < 0.0) q->parted = t;
+    }
+    PDI_DELETE(ctx, all, piece);
+    PDI_DELETE(ctx, all, seen);
+    return status;
+}
+
+/* ---- balance ---- */
+
+/* Work of the loads and of what is held from the state before to this one, by the mean of both. */
+static void pdi_quasi_static_work(pd_quasi_static *q)
+{
+    const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
+    pdi_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < q->n; k++) {
+        double mean = pdi_quasi_static_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
+        pdi_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
+    }
+    q->work += pdi_sum_total(&all);
+}
+
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pd_equilibrium_desc desc;
+    pd_equilibrium_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.held = q->desc.held;
+    desc.rtol = q->desc.rtol;
+    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+    q->iterations += result.iterations;
+    q->solves++;
+    q->residual = result.residual;
+    return status;
+}
+
+/* The bonds pull as they do at u. */
+static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
+{
+    pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
+                    q->solid.name);
+}
+
+/* ---- bonds that break ---- */
+
+static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int64_t b)
+{
+    const pd_body *body = q->solid.body;
+    const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
+    double xi[PD_DIM], square = 0.0, more = 0.0;
+    pdi_body_bond(body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double eta = far[d] - own[d];
+        square += xi[d] * xi[d];
+        more += eta * (2.0 * xi[d] + eta);
+    }
+    double r = sqrt(square);
+    return more / (r * (sqrt(square + more) + r));
+}
+
+/* Breaks the bonds of this round; how many. */
+static int64_t pdi_quasi_static_break(pd_quasi_static *q)
+{
+    pd_body *body = q->solid.body;
+    double most = 0.0, critical = q->desc.stretch;
+    int64_t broken = 0;
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (!body->broken[b]) most = fmax(most, pdi_quasi_static_stretch(q, i, b));
+    if (!(most > critical)) return 0;
+    double from = fmax(critical, (most - q->desc.eager * (most - critical)) * (1.0 - PDI_QUASI_STATIC_TIE));
+    for (int32_t i = 0; i < body->count; i++)
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (!body->broken[b] && pdi_quasi_static_stretch(q, i, b) >= from) {
+                body->broken[b] = 1;
+                broken++;
+            }
+    return broken / 2;
+}
+
+/* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
+static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
+{
+    double was = q->stored;
+    PDI_TRY(q->solid.update(ctx, q->solid.self));
+    PDI_TRY(pdi_quasi_static_pull(ctx, q));
+    q->stored = q->solid.energy(ctx, q->solid.self, q->u);
+    *taken += was - q->stored;
+    q->stale = 0;
+    return PD_OK;
+}
+
+/* The balance with the present loads, bonds that break, and again until none does. PD_RETRY: not found; u, load and
+ * force are those before. */
+static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    for (;;) {
+        PDI_TRY(pdi_quasi_static_part(ctx, q, t));
+        pd_status status = pdi_quasi_static_solve(ctx, q);
+        if (status < 0) return status;
+        if (status == PD_RETRY) {
+            memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
+            memcpy(q->load, q->before + q->n, (size_t)q->n * sizeof *q->load);
+            return PD_RETRY;
+        }
+        PDI_TRY(pdi_quasi_static_pull(ctx, q));
+        pdi_quasi_static_work(q);
+        q->stored = q->solid.energy(ctx, q->solid.self, q->u);
+        if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
+        if (status != PD_OK) return status;
+        int64_t broken = q->desc.stretch > 0.0 ? pdi_quasi_static_break(q) : 0;
+        if (!broken) return PD_OK;
+        PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
+        q->broken += broken;
+        PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->released));
+        pdi_quasi_static_keep(q);
+    }
+}
+
+/* Up to the loads of time t, in parts where Newton's method needs them. */
+static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
+    while (done < 1.0) {
+        pdi_quasi_static_keep(q);
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        pd_status status = pdi_quasi_static_settle(ctx, q, t);
+        if (status < 0) return status;
+        if (status != PD_RETRY) {
+            done += part;
+            if (status != PD_OK && !(done < 1.0)) return status;
+            continue;
+        }
+        part *= 0.5;
+        if (part < least)
+            return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "no balance from %g to %g s: after %.4g of the step the "
+                            "%s material bears no more, as where metal flows without end, or the body buckles",
+                            q->time, t, done, q->solid.name);
+    }
+    return PD_OK;
+}
+
+/* 1: the entries of a and b differ. */
+static int pdi_quasi_static_others(const pd_ctx *ctx, int64_t n, const double *a, const double *b)
+{
+    double near = PDI_QUASI_STATIC_NEW * fmax(pdi_par_max_abs(ctx, n, a), pdi_par_max_abs(ctx, n, b));
+    for (int64_t k = 0; k < n; k++)
+        if (fabs(a[k] - b[k]) > near) return 1;
+    return 0;
+}
+
+/* 1: what is held at t, and its loads, are not those of the last balance. */
+static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
+{
+    memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
+               pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
+    memcpy(q->u, q->start, (size_t)q->n * sizeof *q->u);
+    memcpy(q->load, q->start + q->n, (size_t)q->n * sizeof *q->load);
+    return PD_OK;
+}
+
+pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
+{
+    int differs = 1, stale = q->stale;
+    pd_status status = PD_OK;
+    if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
+    for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
+        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
+        if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
+        if (status < 0) return status;
+        q->known = 1;
+        stale = 0;
+    }
+    q->time = t;
+    return status;
+}
+
+/* ---- a process ---- */
+
+static pd_status pdi_quasi_static_at(pd_ctx *ctx, void *self, double t)
+{
+    return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
+}
+
+static pd_status pdi_quasi_static_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_quasi_static *q = (pd_quasi_static *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_quasi_static_list, q, archive));
+    return q->solid.store ? q->solid.store(ctx, q->solid.self, archive) : PD_OK;
+}
+
+pd_process pd_quasi_static_process(pd_quasi_static *q)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "quasi_static";
+    p.self = q;
+    p.start = pdi_quasi_static_at;
+    p.at = pdi_quasi_static_at;
+    p.longest = pdi_process_longest;
+    p.store = pdi_quasi_static_store;
+    return p;
+}
+
+#undef PDI_QUASI_STATIC_EAGER
+#undef PDI_QUASI_STATIC_TIE
+#undef PDI_QUASI_STATIC_NEW
+#undef PDI_QUASI_STATIC_AGAIN
+#undef PDI_QUASI_STATIC_HALVINGS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -28689,6 +29282,270 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>couple/structure.c ======== */
+/* structure: see structure.h */
+#include <math.h>
+#include <string.h>
+
+/* The balance is found anew when a point has lost this share of its stiffness, as much of a cell as a step may take. */
+#define PDI_STRUCTURE_CHANGE 0.02
+
+enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
+{
+    pd_structure *structure = (pd_structure *)object;
+    PDI_ARRAY(owner, structure, node, structure->count, "1");
+    PDI_ARRAY(owner, structure, point, structure->total, "1");
+    PDI_ARRAY(owner, structure, held, structure->count * PD_DIM, "1");
+    PDI_STATE(owner, structure, stiff, structure->count, "1");
+    PDI_ARRAY(owner, structure, stress, (int64_t)structure->count * PDI_STRUCTURE_TENSOR, "Pa");
+    PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+}
+
+PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
+{
+    int64_t all = s->body.row[point + 1] - s->body.row[point];
+    return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    double *position = NULL, *volume = NULL, cell = 1.0;
+    pd_body_desc desc;
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
+    pd_status status = PDI_NEW(ctx, "structure", (int64_t)s->count * PD_DIM, position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "structure", s->count, volume);
+    for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->point[i] = -1;
+        if (grid->kind[i] != PD_SOLID || !pdi_grid_inside(grid, at)) continue;
+        s->node[k] = i;
+        s->point[i] = k;
+        pd_grid_position(grid, i, position + (int64_t)k * PD_DIM);
+        s->stiff[k] = 1.0;
+        volume[k++] = cell;
+    }
+    desc.count = s->count;
+    desc.position = position;
+    desc.volume = volume;
+    desc.spacing = grid->h[0];
+    desc.horizon = s->desc.m * grid->h[0];
+    if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
+    PDI_DELETE(ctx, s->count, volume);
+    PDI_DELETE(ctx, (int64_t)s->count * PD_DIM, position);
+    return status;
+}
+
+static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
+                            " axes", grid->h[0], grid->h[d]);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
+    for (int32_t i = 0; i < grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->count += grid->kind[i] == PD_SOLID && pdi_grid_inside(grid, at);
+    }
+    if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
+    return PD_OK;
+}
+
+static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+{
+    pd_quasi_static_desc rest;
+    memset(s, 0, sizeof *s);
+    memset(&rest, 0, sizeof rest);
+    s->desc = *desc;
+    s->grid = grid;
+    s->total = grid->total;
+    PDI_TRY(pdi_structure_count(ctx, s));
+    PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
+    PDI_TRY(pdi_structure_points(ctx, s));
+    s->desc.elastic.stiff = s->stiff;
+    s->desc.elastic.loose = 1;
+    PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
+    rest.held = s->held;
+    rest.load = desc->load;
+    rest.user = desc->user;
+    rest.stretch = desc->stretch;
+    rest.eager = -1.0;
+    rest.rtol = desc->rtol;
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    return pd_quasi_static_build(ctx, &solid, &rest, &s->rest);
+}
+
+pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+{
+    pd_status status = pdi_structure_make(ctx, grid, desc, s);
+    if (status < 0) pd_structure_free(ctx, s);
+    return status;
+}
+
+void pd_structure_free(pd_ctx *ctx, pd_structure *s)
+{
+    pd_quasi_static_free(ctx, &s->rest);
+    pd_elastic_free(ctx, &s->elastic);
+    pd_body_free(ctx, &s->body);
+    pdi_owner_free(ctx, pdi_structure_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- stress ---- */
+
+/* Mean of the normal stresses and stress of von Mises of point i. */
+static void pdi_structure_invariants(pd_structure *s, int32_t i, double normal)
+{
+    const double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += p[d * PD_DIM + d];
+    s->pressure[i] = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = p[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    s->mises[i] = sqrt(1.5 * square);
+}
+
+/* The stress of the metal that is left, of the present balance. */
+static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_solid *solid = &s->rest.solid;
+    solid->stress(ctx, solid->self, s->rest.u, s->stress);
+    for (int32_t i = 0; i < s->count; i++) {
+        double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
+        double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
+        pdi_structure_invariants(s, i, normal * over);
+    }
+    s->seen = s->rest.solves;
+}
+
+static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
+{
+    pd_structure_at at;
+    for (int32_t i = 0; i < s->count && s->desc.pace; i++) {
+        int32_t node = s->node[i];
+        if (s->grid->kind[node] != PD_SOLID) continue;
+        pd_grid_position(s->grid, node, at.x);
+        at.t = s->rest.time;
+        at.pressure = s->pressure[i];
+        at.mises = s->mises[i];
+        at.slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        double pace = s->desc.pace(s->desc.pace_user, &at);
+        if (!(pace >= 0.0) || !(pace < 1e100))
+            return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
+                            "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
+        s->factor[node] = pace * (s->desc.factor ? s->desc.factor[node] : 1.0);
+    }
+    if (s->desc.pace && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
+    return PD_OK;
+}
+
+/* ---- a process ---- */
+
+/* Stiffness of the metal that is left; the balance is stale when it is another. */
+static void pdi_structure_stiffen(pd_structure *s)
+{
+    const pd_dissolve *d = s->dissolve;
+    double change = 0.0;
+    for (int32_t i = 0; i < s->count && d; i++) {
+        if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
+        double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
+        change = fmax(change, fabs(left - s->stiff[i]));
+    }
+    if (!(change > PDI_STRUCTURE_CHANGE) && !s->rest.stale) return;
+    for (int32_t i = 0; i < s->count && d; i++)
+        if (s->grid->kind[s->node[i]] == PD_SOLID)
+            s->stiff[i] = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
+    s->rest.stale = 1;
+}
+
+static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
+{
+    if (s->dissolve) pdi_structure_stiffen(s);
+    pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
+    if (status < 0) return status;
+    if (s->seen != s->rest.solves) {
+        pdi_structure_stress(ctx, s);
+        PDI_TRY(pdi_structure_pace(ctx, s));
+    }
+    return status;
+}
+
+/* Without dissolution it follows whoever asks for a time; with it, the step that has ended. */
+static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    return s->dissolve && s->rest.known ? PD_OK : pdi_structure_to(ctx, s, t);
+}
+
+static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_structure_to(ctx, (pd_structure *)self, t);
+}
+
+static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_structure *s = (pd_structure *)self;
+    (void)ctx;
+    for (int32_t k = 0; k < count; k++) {
+        int32_t i = s->point[turned[k]];
+        if (i < 0) continue;
+        pdi_body_release(&s->body, i);
+        s->stiff[i] = 0.0;
+        s->rest.stale = 1;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process rest = pd_quasi_static_process(&s->rest);
+    PDI_TRY(pdi_owner_store(ctx, pdi_structure_list, s, archive));
+    PDI_TRY(rest.store(ctx, rest.self, archive));
+    if (!archive->reading || !s->rest.known) return PD_OK;
+    pdi_structure_stress(ctx, s);
+    return pdi_structure_pace(ctx, s);
+}
+
+pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
+{
+    pd_process p = pd_quasi_static_process(&s->rest);
+    s->dissolve = dissolve;
+    p.name = "structure";
+    p.self = s;
+    p.start = pdi_structure_at;
+    p.at = pdi_structure_at;
+    p.finish = pdi_structure_finish;
+    p.changed = pdi_structure_changed;
+    p.store = pdi_structure_store;
+    return p;
+}
+
+#undef PDI_STRUCTURE_CHANGE
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -35237,7 +36094,8 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #include <string.h>
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
-                                               "phase", "D", "rate", "density", "damage", "energy"};
+                                               "phase", "D", "rate", "density", "damage", "energy",
+                                               "u", "mises", "sigma_h", "eps_p", "broken"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -35249,6 +36107,16 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
                                                 {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
                                                    {"y", "m", 0.0}, {"z", "m", 0.0}};
+
+static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
+                                                    {"x", "m", 0.0},
+#if PD_DIM > 1
+                                                    {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                    {"z", "m", 0.0},
+#endif
+                                                    {"t", "s", 0.0}};
 
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
@@ -35269,8 +36137,20 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
     return status;
 }
 
+static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
+{
+    for (int k = 0; k < b->grips; k++) {
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].pull[d]);
+        pdi_expr_free(ctx, &b->grip[k].press);
+    }
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->force[d]);
+    pdi_expr_free(ctx, &b->pace);
+}
+
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
+    pdi_setup_free_body(ctx, &setup->metal_body);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
@@ -35314,6 +36194,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
+    case PD_FIELD_U:
+    case PD_FIELD_MISES:
+    case PD_FIELD_PRESSURE:
+    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
+    case PD_FIELD_SLIP:
+        return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
@@ -35332,7 +36218,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid"};
     return names[kind];
 }
 
@@ -35346,6 +36232,8 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+
+PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
 
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
@@ -35475,14 +36363,15 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
               "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
-              "boundary_width"},
-    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
+              "boundary_width, ux, uy, uz"},
+    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
+    {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},
@@ -35903,6 +36792,224 @@ PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const c
 
 #undef PDI_FINGERPRINT_LINE
 
+/* ======== >>scene/reader.c ======== */
+/* reader: see reader.h */
+
+PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
+                                  double low, double high, int low_open, double *value)
+{
+    char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
+    if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
+    pdi_setup_show(*value, unit, found);
+    pdi_setup_show(low, unit, bottom);
+    pdi_setup_show(high, unit, top);
+    if (high < PDI_READER_HUGE || *value > high)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
+                               low_open ? "above" : "from", bottom, top);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
+                           low_open ? "a positive value" : "a value of at least 0");
+}
+
+PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
+                                     const char *fallback, double *value)
+{
+    return pdi_reader_within(s, section, key, unit, fallback, 0.0, PDI_READER_HUGE, 1, value);
+}
+
+PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char *key, const char *unit,
+                                        const char *fallback, double *value)
+{
+    return pdi_reader_within(s, section, key, unit, fallback, 0.0, PDI_READER_HUGE, 0, value);
+}
+
+PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
+{
+    pd_expr *initial = &s->setup->initial;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
+    if (pdi_expr_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
+                               pdi_expr_eval(initial, NULL));
+    return PD_OK;
+}
+
+/* ======== >>scene/read_solid.c ======== */
+/* read_solid: see read_solid.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_read_solid_moves[] = {"ux", "uy", "uz"};
+
+/* Room for one more grip. */
+static pd_status pdi_read_solid_room(pd_ctx *ctx, pd_text *text, int section, pd_setup *u, pd_setup_grip **grip)
+{
+    pd_setup_body *b = &u->metal_body;
+    if (b->grips == PD_SETUP_GRIPS)
+        return pdi_text_refuse(ctx, text, section, "ux", "found more than %d sides and shapes that hold or load metal",
+                               PD_SETUP_GRIPS);
+    *grip = &b->grip[b->grips++];
+    (*grip)->side = (*grip)->shape = -1;
+    (*grip)->section = section;
+    return PD_OK;
+}
+
+/* Displacements that are given; the others are free. */
+static pd_status pdi_read_solid_displace(pd_ctx *ctx, pd_text *text, int section, pd_setup_grip *grip)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!pdi_text_has(ctx, text, section, pdi_read_solid_moves[d])) continue;
+        PDI_TRY(pdi_text_expr(ctx, text, section, pdi_read_solid_moves[d], "m", pdi_setup_position(), PDI_SETUP_PLACE,
+                              NULL, &grip->move[d]));
+        grip->moves[d] = 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
+{
+    pd_setup_grip *grip;
+    int moves = 0;
+    if (!u->has_solid)
+        return pdi_text_refuse(ctx, text, section, "kind", "found 'grip' without a [solid] section");
+    PDI_TRY(pdi_read_solid_room(ctx, text, section, u, &grip));
+    grip->shape = shape;
+    PDI_TRY(pdi_read_solid_displace(ctx, text, section, grip));
+    for (int d = 0; d < PD_DIM; d++) moves = moves || grip->moves[d];
+    if (moves) return PD_OK;
+    return pdi_text_refuse(ctx, text, section, "kind", "found a grip that holds nothing, expected ux = ... or another "
+                           "displacement");
+}
+
+/* All components of a vector. */
+static pd_status pdi_read_solid_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
+{
+    int count;
+    PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, NULL, PD_DIM,
+                           expr, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
+}
+
+static pd_status pdi_read_solid_side(pdi_reader *s, int side)
+{
+    static const char *const loads[] = {"traction", "pressure"};
+    int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
+    pd_setup_grip *grip;
+    if (section < 0) return PD_OK;
+    for (int d = 0; d < PD_DIM; d++) any = any || pdi_text_has(s->ctx, s->text, section, pdi_read_solid_moves[d]);
+    for (int k = 0; k < 2; k++) any = any || pdi_text_has(s->ctx, s->text, section, loads[k]);
+    if (!any) return PD_OK;
+    PDI_TRY(pdi_read_solid_room(s->ctx, s->text, section, s->setup, &grip));
+    grip->side = side;
+    PDI_TRY(pdi_read_solid_displace(s->ctx, s->text, section, grip));
+    grip->pulls = pdi_text_has(s->ctx, s->text, section, "traction");
+    grip->presses = pdi_text_has(s->ctx, s->text, section, "pressure");
+    if (grip->pulls) PDI_TRY(pdi_read_solid_vector(s, section, "traction", "Pa", grip->pull));
+    if (!grip->presses) return PD_OK;
+    return pdi_text_expr(s->ctx, s->text, section, "pressure", "Pa", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                         &grip->press);
+}
+
+/* Something has to hold the body along each axis, or nothing may load it; the solver sees to the rest. */
+static pd_status pdi_read_solid_grips(pdi_reader *s, int section)
+{
+    const pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) PDI_TRY(pdi_read_solid_side(s, k));
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (u->side[k].kind == PD_SIDE_PERIODIC)
+            return pdi_text_refuse(s->ctx, s->text, section, "solid", "found beside a periodic side, expected sides"
+                                   " that end the metal: bonds of a body do not pass them");
+    if (u->metal_body.grips || u->metal_body.weighs) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "solid", "found nothing that loads the metal, expected ux = ..., "
+                           "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
+}
+
+/* Each grip has a table, and so has the body. */
+static pd_status pdi_read_solid_watch(pdi_reader *s, int section, pd_monitor_kind kind, int index, const char *name)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = kind;
+    m->index = index;
+    m->line = s->text->section[section].line;
+    snprintf(m->name, sizeof m->name, "%s", name);
+    return PD_OK;
+}
+
+static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
+{
+    const pd_setup_body *b = &s->setup->metal_body;
+    for (int k = 0; k < b->grips; k++) {
+        const char *name = s->text->section[b->grip[k].section].label;
+        PDI_TRY(pdi_read_solid_watch(s, b->grip[k].section, PD_MONITOR_GRIP, k, name));
+    }
+    return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
+}
+
+static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+{
+    static const char *const planes[] = {"strain", "stress", NULL};
+    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int plane = 0, influence;
+    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
+    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    b->plane = (pd_plane)plane;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    b->influence = (pd_influence)influence;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
+    PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
+    if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
+    if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+}
+
+/* What stress does to the speed at which metal dissolves. */
+static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    if (!pdi_text_has(s->ctx, s->text, section, "speed_factor")) return PD_OK;
+    if (!s->setup->has_dissolve)
+        return pdi_text_refuse(s->ctx, s->text, section, "speed_factor",
+                               "found without metal that dissolves, expected a [dissolve] or [corrode] section");
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "speed_factor", "", pdi_setup_pace(), PDI_SETUP_PACE, NULL,
+                          &b->pace));
+    b->paces = 1;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, "solid", NULL);
+    if (!u->has_solid) return PD_OK;
+    if (u->axisymmetric)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid",
+                               "found in a box with geometry = axisymmetric, expected planar");
+    if (u->solid < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid", "found no metal, expected a [shape ...] with kind = "
+                               "solid");
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_refuse(s->ctx, s->text, section, "solid",
+                                   "found different spacings of the axes, expected one h");
+    PDI_TRY(pdi_read_solid_law(s, section));
+    u->metal_body.weighs = pdi_text_has(s->ctx, s->text, section, "force");
+    if (u->metal_body.weighs) PDI_TRY(pdi_read_solid_vector(s, section, "force", "N/m3", u->metal_body.force));
+    PDI_TRY(pdi_read_solid_grips(s, section));
+    PDI_TRY(pdi_read_solid_tables(s, section));
+    return pdi_read_solid_pace(s, section);
+}
+
 /* ======== >>scene/read_shapes.c ======== */
 /* read_shapes: see read_shapes.h */
 #include <math.h>
@@ -35915,7 +37022,8 @@ typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_SOLID,
     PDI_READ_SHAPES_WALL,
     PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
-    PDI_READ_SHAPES_PASSIVE /* fluid there does not attack metal */
+    PDI_READ_SHAPES_PASSIVE, /* fluid there does not attack metal */
+    PDI_READ_SHAPES_GRIP     /* metal there is held */
 } pdi_read_shapes_kind;
 
 typedef struct pdi_read_shapes {
@@ -36247,7 +37355,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 
 static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -36264,6 +37372,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_MEDIUM) return pdi_read_shapes_medium(s, index);
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
+    if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_solid_shape(s->ctx, s->text, s->section, index, s->setup);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
     PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
@@ -36285,54 +37394,13 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
         if (s.used[k]) continue;
         return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
                                "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                               " medium or passive",
+                               " medium, passive or grip",
                                s.name[k]);
     }
     return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT
-
-/* ======== >>scene/reader.c ======== */
-/* reader: see reader.h */
-
-PDI_FN pd_status pdi_reader_within(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
-                                  double low, double high, int low_open, double *value)
-{
-    char found[PD_UNITS_TEXT], bottom[PD_UNITS_TEXT], top[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, unit, fallback, value));
-    if ((low_open ? *value > low : *value >= low) && *value <= high) return PD_OK;
-    pdi_setup_show(*value, unit, found);
-    pdi_setup_show(low, unit, bottom);
-    pdi_setup_show(high, unit, top);
-    if (high < PDI_READER_HUGE || *value > high)
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a value %s %s and at most %s", found,
-                               low_open ? "above" : "from", bottom, top);
-    return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected %s", found,
-                           low_open ? "a positive value" : "a value of at least 0");
-}
-
-PDI_FN pd_status pdi_reader_positive(pdi_reader *s, int section, const char *key, const char *unit,
-                                     const char *fallback, double *value)
-{
-    return pdi_reader_within(s, section, key, unit, fallback, 0.0, PDI_READER_HUGE, 1, value);
-}
-
-PDI_FN pd_status pdi_reader_not_negative(pdi_reader *s, int section, const char *key, const char *unit,
-                                        const char *fallback, double *value)
-{
-    return pdi_reader_within(s, section, key, unit, fallback, 0.0, PDI_READER_HUGE, 0, value);
-}
-
-PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section)
-{
-    pd_expr *initial = &s->setup->initial;
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_position(), PD_DIM, "0", initial));
-    if (pdi_expr_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)
-        return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %.6g mol/m3, expected at least 0",
-                               pdi_expr_eval(initial, NULL));
-    return PD_OK;
-}
 
 /* ======== >>scene/read_metal.c ======== */
 /* read_metal: see read_metal.h */
@@ -37289,6 +38357,8 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_FORCE: return pdi_read_monitors_force(w, m);
     case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
+    case PD_MONITOR_GRIP:
+    case PD_MONITOR_SOLID: break; /* [solid] makes them */
     }
     return PD_OK;
 }
@@ -37925,6 +38995,17 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     for (int k = 0; k < u->wall_count; k++)
         PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
+    for (int k = 0; k < u->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            static const char *const moves[] = {"ux", "uy", "uz"};
+            PDI_TRY(pdi_scene_steady(s, grip->section, moves[d], &grip->move[d], 1));
+        }
+        PDI_TRY(pdi_scene_steady(s, grip->section, "traction", grip->pull, PD_DIM));
+        PDI_TRY(pdi_scene_steady(s, grip->section, "pressure", &grip->press, 1));
+    }
+    PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "solid", NULL), "force", u->metal_body.force,
+                             PD_DIM));
     return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
@@ -37934,7 +39015,8 @@ static pd_status pdi_scene_run(pdi_reader *s)
     int section = pdi_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pdi_text_has(s->ctx, s->text, section, "until");
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
+                  pdi_text_has(s->ctx, s->text, section, "until");
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
@@ -37992,7 +39074,9 @@ static pd_status pdi_scene_output(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, section, "every",
                                "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
-                                     u->has_gas ? "density, v, p, energy, kind" : "C, v, p, kind, grain", &u->fields));
+                                     u->has_gas ? "density, v, p, energy, kind" :
+                                     u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
+                                     "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
@@ -38013,6 +39097,7 @@ static void pdi_scene_lines(pdi_reader *s)
     u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_GAS] = pdi_scene_line(s, "gas", NULL);
+    u->line[PD_PART_SOLID] = pdi_scene_line(s, "solid", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
     if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
@@ -38033,6 +39118,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_gas = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "gas", NULL), NULL);
     setup->has_transport = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "transport", NULL), NULL);
+    setup->has_solid = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "solid", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
@@ -38049,14 +39135,15 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
+    PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !setup->has_transport)
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode] or [solid] section");
     return PD_OK;
 }
 
@@ -38489,6 +39576,189 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
 
 #undef PDI_WALL_NEAR
 
+/* ======== >>run/grip.c ======== */
+/* grip: see grip.h */
+#include <math.h>
+#include <string.h>
+
+/* Loads that sum up to the force of a traction but for this share are taken as they are. */
+#define PDI_GRIP_EXACT 1e-9
+/* Least share of the metal of a side that may bear its traction. */
+#define PDI_GRIP_LEAST 0.01
+
+/* Cells between point i and a side of the box. */
+static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
+{
+    const pd_grid *grid = g->structure->grid;
+    int at[PD_DIM];
+    pdi_grid_index(grid, g->structure->node[i], at);
+    return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
+}
+
+/* 1: the grip holds point i. */
+static int pdi_grip_holds(const pd_grips *g, const pd_setup_grip *grip, int32_t i)
+{
+    double x[PD_DIM];
+    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) == 0;
+    pd_grid_position(g->structure->grid, g->structure->node[i], x);
+    return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
+}
+
+PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+{
+    const pd_setup_body *b = &setup->metal_body;
+    memset(g, 0, sizeof *g);
+    g->setup = setup;
+    g->structure = structure;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
+        int32_t held = 0;
+        for (int32_t i = 0; i < structure->count; i++) {
+            if (!pdi_grip_holds(g, grip, i)) continue;
+            held++;
+            for (int d = 0; d < PD_DIM; d++)
+                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+        }
+        g->area[k] = face * held;
+        if (held) continue;
+        if (grip->side >= 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
+                            "loads", pdi_setup_side_name(grip->side));
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
+    }
+    return PD_OK;
+}
+
+/* The point behind point i, seen from a side; -1: there is none that bears anything. */
+static int32_t pdi_grip_behind(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    int at[PD_DIM];
+    pdi_grid_index(s->grid, s->node[i], at);
+    at[side / 2] += side % 2 ? -1 : 1;
+    if (!pdi_grid_inside(s->grid, at)) return -1;
+    int32_t behind = s->point[pd_grid_node(s->grid, at)];
+    return behind >= 0 && s->stiff[behind] > 0.0 ? behind : -1;
+}
+
+static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
+{
+    if (fabs(value) < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "grip", "a displacement, traction or force is %g at x = %g m, t = %g s", value,
+                    x[0], t);
+}
+
+/* Displacements of what grip k holds. */
+static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, const pd_setup_grip *grip, double t, double *u)
+{
+    const pd_structure *s = g->structure;
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        if (!pdi_grip_holds(g, grip, i)) continue;
+        int32_t behind = grip->side >= 0 ? pdi_grip_behind(g, i, grip->side) : -1;
+        pd_grid_position(s->grid, s->node[i], x);
+        if (grip->side >= 0)
+            x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t k = (int64_t)i * PD_DIM + d, other = (int64_t)behind * PD_DIM + d;
+            if (!grip->moves[d]) continue;
+            double value = pdi_setup_eval(&grip->move[d], x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            u[k] = value - (behind >= 0 && !s->held[other] ? 0.5 * (u[k] - u[other]) : 0.0);
+        }
+    }
+    return PD_OK;
+}
+
+/* How much point i bears of a traction on a side, over its volume [1/m]. */
+static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
+    if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
+    double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
+    return side % 2 ? -edge : edge;
+}
+
+/* The traction of grip k. */
+static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_structure *s = g->structure;
+    int axis = grip->side / 2;
+    double sum = 0.0, scale = 1.0;
+    for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, grip->side);
+    if (!(sum > PDI_GRIP_LEAST * g->area[k]))
+        return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
+                        "t = %g s", pdi_setup_side_name(grip->side), t);
+    if (fabs(sum - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) scale = g->area[k] / sum;
+    for (int32_t i = 0; i < s->count; i++) {
+        double share = scale * pdi_grip_bears(g, i, grip->side), x[PD_DIM];
+        if (!(fabs(share) > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        x[axis] = grip->side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
+            if (grip->presses && d == axis) value += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            load[(int64_t)i * PD_DIM + d] += share * value;
+        }
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
+{
+    const pd_grips *g = (const pd_grips *)user;
+    const pd_setup_body *b = &g->setup->metal_body;
+    const pd_structure *s = g->structure;
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, &b->grip[k], t, u));
+    for (int k = 0; k < b->grips; k++)
+        if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
+    for (int32_t i = 0; i < s->count && b->weighs; i++) {
+        double x[PD_DIM];
+        if (!(s->stiff[i] > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = pdi_setup_eval(&b->force[d], x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            load[(int64_t)i * PD_DIM + d] += s->stiff[i] * value;
+        }
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_quasi_static *rest = &g->structure->rest;
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    for (int32_t i = 0; i < g->structure->count; i++) {
+        double volume = g->structure->body.volume[i];
+        if (!pdi_grip_holds(g, grip, i)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t n = (int64_t)i * PD_DIM + d;
+            if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);
+        }
+    }
+}
+
+PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    double vars[PDI_SETUP_PACE];
+    vars[0] = at->pressure;
+    vars[1] = at->mises;
+    vars[2] = at->slip;
+    memcpy(vars + 3, at->x, sizeof at->x);
+    vars[3 + PD_DIM] = at->t;
+    return pdi_expr_eval(&u->metal_body.pace, vars);
+}
+
+#undef PDI_GRIP_EXACT
+#undef PDI_GRIP_LEAST
+
 /* ======== >>run/footprint.c ======== */
 /* footprint: see footprint.h */
 #include <math.h>
@@ -38777,6 +40047,32 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    double *bytes = &b->bytes[PD_PART_SOLID];
+    pd_structure s;
+    pd_krylov_desc kd;
+    if (!u->has_solid) return;
+    memset(&s, 0, sizeof s);
+    s.count = s.body.count = (int32_t)plan->grid.solid_count;
+    s.total = plan->grid.total;
+    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    s.elastic.body = &s.body;
+    s.elastic.plastic.count = u->metal_body.yield > 0.0 ? s.count : 0;
+    s.rest.n = (int64_t)s.count * PD_DIM;
+    if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
+    *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
+    *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
+    memset(&kd, 0, sizeof kd);
+    kd.method = PD_KRYLOV_CG;
+    kd.n = s.rest.n;
+    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
+    b->working = fmax(b->working, solve);
+}
+
 /* Pixels of a field of `cells`, `wanted` of them. */
 static double pdi_footprint_pixels(double cells, double wanted)
 {
@@ -38810,8 +40106,8 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
-                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k == PD_FIELD_ENERGY))
-            copies += 8.0;
+                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k >= PD_FIELD_ENERGY))
+            copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
     b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
 
@@ -38834,6 +40130,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
+    pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
@@ -39172,11 +40469,35 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
-    desc.factor = m->factor;
+    desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
+
+static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup_body *b = &m->setup->metal_body;
+    pd_structure_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.m = b->m;
+    desc.elastic.young = b->young;
+    desc.elastic.poisson = b->poisson;
+    desc.elastic.plane = b->plane;
+    desc.elastic.influence = b->influence;
+    desc.elastic.yield = b->yield;
+    desc.elastic.hardening = b->hardening;
+    desc.stretch = b->stretch;
+    desc.rtol = b->rtol;
+    desc.load = pdi_grip_load;
+    desc.user = &m->grips;
+    if (b->paces) desc.pace = pdi_grip_pace;
+    desc.pace_user = (void *)m->setup; /* only read */
+    desc.factor = m->factor;
+    m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
+    PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
+    return pdi_grip_build(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)
@@ -39189,10 +40510,10 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_DISSOLVE};
+                            PD_PART_SOLID, PD_PART_DISSOLVE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_dissolve};
+                              pdi_model_structure, pdi_model_dissolve};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_dissolve};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -39231,6 +40552,8 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
         PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
+    if (u->has_solid)
+        PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     return PD_OK;
@@ -39265,6 +40588,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_dissolve_free(ctx, &m->dissolve);
+    pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
@@ -39514,7 +40838,8 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
-                                                "energy [J/m3]"};
+                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
+                                                "eps_p", "broken"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -39542,6 +40867,25 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* Of metal that bears loads; 0 elsewhere. */
+static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
+{
+    const pd_structure *s = &m->structure;
+    int32_t point = s->point[i];
+    double square = 0.0;
+    if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
+    switch (field) {
+    case PD_FIELD_U:
+        for (int d = 0; d < PD_DIM; d++) square += s->rest.u[(int64_t)point * PD_DIM + d] *
+                                                   s->rest.u[(int64_t)point * PD_DIM + d];
+        return sqrt(square);
+    case PD_FIELD_MISES: return s->mises[point];
+    case PD_FIELD_PRESSURE: return s->pressure[point];
+    case PD_FIELD_SLIP: return s->elastic.plastic.slip[point];
+    default: return pdi_structure_broken(s, point);
+    }
+}
+
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
 {
     int fluid = m->grid.kind[i] == PD_FLUID;
@@ -39567,6 +40911,11 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
+    case PD_FIELD_U:
+    case PD_FIELD_MISES:
+    case PD_FIELD_PRESSURE:
+    case PD_FIELD_SLIP:
+    case PD_FIELD_BROKEN: return pdi_sample_solid(m, field, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -39850,7 +41199,8 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
+           field == PD_FIELD_MISES || field == PD_FIELD_PRESSURE || field == PD_FIELD_SLIP || field == PD_FIELD_BROKEN;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -39859,6 +41209,12 @@ static void pdi_output_fill(pd_output *out)
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
+    for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t node = m->structure.node[k];
+            double u = m->grid.kind[node] == PD_SOLID ? m->structure.rest.u[(int64_t)k * PD_DIM + d] : 0.0;
+            out->displaced[(int64_t)d * m->grid.total + node] = u;
+        }
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -39876,6 +41232,9 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         if (k == PD_FIELD_V) {
             f->vector = 1;
             f->data = pdi_model_velocity(m);
+        } else if (k == PD_FIELD_U) {
+            f->vector = 1;
+            f->data = out->displaced;
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
@@ -39921,11 +41280,11 @@ static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node
 {
     uint8_t kind = m->grid.kind[node];
     int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-                field == PD_FIELD_DAMAGE;
+                field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 static void pdi_output_stamp(double time, char *stamp, size_t size)
@@ -39992,7 +41351,8 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE;
+    picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
     picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
@@ -40153,6 +41513,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+        if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
@@ -40290,6 +41651,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
     PDI_DELETE(ctx, out->cells, out->cell);
     PDI_DELETE(ctx, out->cells, out->paint);
     PDI_DELETE(ctx, out->time_room, out->time);
@@ -40458,6 +41820,22 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+static void pdi_summary_solid(const pdi_summary *s)
+{
+    const pd_model *m = s->model;
+    const pd_setup_body *b = &m->setup->metal_body;
+    char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
+    if (!m->setup->has_solid) return;
+    pdi_setup_show(b->young, "Pa", young);
+    pdi_setup_show(b->yield, "Pa", yield);
+    snprintf(text, sizeof text, "E = %s, nu = %g%s, m = %g, %.0f bonds", young, b->poisson,
+             PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
+             0.5 * (double)m->structure.body.bonds);
+    pdi_summary_part(s, PD_PART_SOLID, "solid", text);
+    if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
+    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+}
+
 /* "plane up, plane down, force pin" */
 static void pdi_summary_watched(const pdi_summary *s)
 {
@@ -40475,14 +41853,16 @@ static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
-    const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas"};
+    const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
+                                 "mechanics"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas};
-    for (int k = 0; k < 6; k++) {
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid};
+    int absent = 0;
+    for (int k = 0; k < 7; k++) {
         size_t used = strlen(text);
-        if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
+        if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
-    pdi_summary_line(s, "%smechanics", text);
+    if (absent) pdi_summary_line(s, "%s", text);
 }
 
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
@@ -40501,6 +41881,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
+    pdi_summary_solid(&s);
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
@@ -40666,6 +42047,36 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
+/* What has been put into a body and what has become of it, and its extremes. */
+static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
+{
+    const pd_structure *s = &model->structure;
+    const pd_quasi_static *q = &s->rest;
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
+    for (int32_t i = 0; i < s->count; i++) {
+        double square = 0.0;
+        if (!(s->stiff[i] > 0.0)) continue;
+        for (int d = 0; d < PD_DIM; d++) square += q->u[(int64_t)i * PD_DIM + d] * q->u[(int64_t)i * PD_DIM + d];
+        u = fmax(u, sqrt(square));
+        mises = fmax(mises, s->mises[i]);
+        pressure = fmax(pressure, s->pressure[i]);
+        if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
+    }
+    pdi_monitor_put(m, "u_max", "m", u);
+    pdi_monitor_put(m, "mises_max", "Pa", mises);
+    pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
+    if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+    pdi_monitor_put(m, "work", unit, q->work);
+    pdi_monitor_put(m, "stored", unit, q->stored);
+    if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
+    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "released", unit, q->released);
+    if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
+    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    pdi_monitor_put(m, "parted", "s", q->parted);
+    pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -40673,6 +42084,12 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_GRIP) {
+        double force[PD_DIM];
+        pdi_grip_reaction(&model->grips, m->desc->index, force);
+        pdi_monitor_put_vector(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
+    }
     return PD_OK;
 }
 

@@ -140,8 +140,8 @@ TEST(work_of_flow)
     CHECK_LE(off[1], 0.4 * off[0]);
 }
 
-/* A slit bar is pulled apart: it holds, then it breaks. What is left over is what a crack that runs by itself would turn
- * into motion, and is never negative. The halves mirror each other. */
+/* A slit bar is pulled apart: it holds, then it breaks. What is left over is what a crack that runs by itself would
+ * turn into motion, and is never negative. The halves mirror each other. */
 TEST(pulled_apart)
 {
     for (int eager = 0; eager < 2; eager++) {
@@ -169,8 +169,8 @@ TEST(pulled_apart)
                 size = fmax(size, fabs(c->rest.u[i * PD_DIM]));
             }
         }
-        NOTE("pulled apart, eager %d: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g",
-             eager, (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored, c->rest.released,
+        NOTE("eager %d: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g", eager,
+             (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored, c->rest.released,
              c->rest.work - c->rest.stored - c->rest.released);
         CHECK(c->rest.broken > 0);
         CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);

@@ -5,6 +5,7 @@
 #include "flow/unsteady.h"
 #include "metal/dissolve.h"
 #include "metal/interface.h"
+#include "run/grip.h"
 #include "run/inlet.h"
 #include "run/wall.h"
 #include "transport/two_stage.h"
@@ -294,6 +295,32 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    double *bytes = &b->bytes[PD_PART_SOLID];
+    pd_structure s;
+    pd_krylov_desc kd;
+    if (!u->has_solid) return;
+    memset(&s, 0, sizeof s);
+    s.count = s.body.count = (int32_t)plan->grid.solid_count;
+    s.total = plan->grid.total;
+    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    s.elastic.body = &s.body;
+    s.elastic.plastic.count = u->metal_body.yield > 0.0 ? s.count : 0;
+    s.rest.n = (int64_t)s.count * PD_DIM;
+    if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
+    *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
+    *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
+    memset(&kd, 0, sizeof kd);
+    kd.method = PD_KRYLOV_CG;
+    kd.n = s.rest.n;
+    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
+    b->working = fmax(b->working, solve);
+}
+
 /* Pixels of a field of `cells`, `wanted` of them. */
 static double pdi_footprint_pixels(double cells, double wanted)
 {
@@ -327,8 +354,8 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
-                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k == PD_FIELD_ENERGY))
-            copies += 8.0;
+                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k >= PD_FIELD_ENERGY))
+            copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
     b->files = copies * b->nodes + pdi_footprint_pictures(u);
 }
 
@@ -351,6 +378,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
+    pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];

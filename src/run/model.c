@@ -298,11 +298,35 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
-    desc.factor = m->factor;
+    desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+}
+
+static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup_body *b = &m->setup->metal_body;
+    pd_structure_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.m = b->m;
+    desc.elastic.young = b->young;
+    desc.elastic.poisson = b->poisson;
+    desc.elastic.plane = b->plane;
+    desc.elastic.influence = b->influence;
+    desc.elastic.yield = b->yield;
+    desc.elastic.hardening = b->hardening;
+    desc.stretch = b->stretch;
+    desc.rtol = b->rtol;
+    desc.load = pdi_grip_load;
+    desc.user = &m->grips;
+    if (b->paces) desc.pace = pdi_grip_pace;
+    desc.pace_user = (void *)m->setup; /* only read */
+    desc.factor = m->factor;
+    m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
+    PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
+    return pdi_grip_build(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)
@@ -315,10 +339,10 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_DISSOLVE};
+                            PD_PART_SOLID, PD_PART_DISSOLVE};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_dissolve};
+                              pdi_model_structure, pdi_model_dissolve};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_dissolve};
     for (int k = 0; k < PD_PART_COUNT; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -357,6 +381,8 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
         PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
+    if (u->has_solid)
+        PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
     return PD_OK;
@@ -391,6 +417,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_dissolve_free(ctx, &m->dissolve);
+    pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);

@@ -9,6 +9,7 @@
 #include "metal/dissolve.h"
 #include "run/inlet.h"
 #include "run/wall.h"
+#include "run/grip.h"
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
@@ -29,6 +30,8 @@ typedef struct pd_model {
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
+    pd_structure structure;
+    pd_grips grips;
     pd_dissolve dissolve;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */

@@ -157,6 +157,36 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
+/* What has been put into a body and what has become of it, and its extremes. */
+static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
+{
+    const pd_structure *s = &model->structure;
+    const pd_quasi_static *q = &s->rest;
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
+    for (int32_t i = 0; i < s->count; i++) {
+        double square = 0.0;
+        if (!(s->stiff[i] > 0.0)) continue;
+        for (int d = 0; d < PD_DIM; d++) square += q->u[(int64_t)i * PD_DIM + d] * q->u[(int64_t)i * PD_DIM + d];
+        u = fmax(u, sqrt(square));
+        mises = fmax(mises, s->mises[i]);
+        pressure = fmax(pressure, s->pressure[i]);
+        if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
+    }
+    pdi_monitor_put(m, "u_max", "m", u);
+    pdi_monitor_put(m, "mises_max", "Pa", mises);
+    pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
+    if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+    pdi_monitor_put(m, "work", unit, q->work);
+    pdi_monitor_put(m, "stored", unit, q->stored);
+    if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
+    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "released", unit, q->released);
+    if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
+    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    pdi_monitor_put(m, "parted", "s", q->parted);
+    pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -164,6 +194,12 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_GRIP) {
+        double force[PD_DIM];
+        pdi_grip_reaction(&model->grips, m->desc->index, force);
+        pdi_monitor_put_vector(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
+    }
     return PD_OK;
 }
 

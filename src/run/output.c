@@ -20,7 +20,8 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY;
+           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
+           field == PD_FIELD_MISES || field == PD_FIELD_PRESSURE || field == PD_FIELD_SLIP || field == PD_FIELD_BROKEN;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -29,6 +30,12 @@ static void pdi_output_fill(pd_output *out)
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
+    for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t node = m->structure.node[k];
+            double u = m->grid.kind[node] == PD_SOLID ? m->structure.rest.u[(int64_t)k * PD_DIM + d] : 0.0;
+            out->displaced[(int64_t)d * m->grid.total + node] = u;
+        }
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
@@ -46,6 +53,9 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         if (k == PD_FIELD_V) {
             f->vector = 1;
             f->data = pdi_model_velocity(m);
+        } else if (k == PD_FIELD_U) {
+            f->vector = 1;
+            f->data = out->displaced;
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
@@ -91,11 +101,11 @@ static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node
 {
     uint8_t kind = m->grid.kind[node];
     int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-                field == PD_FIELD_DAMAGE;
+                field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 static void pdi_output_stamp(double time, char *stamp, size_t size)
@@ -162,7 +172,8 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    picture.map = numbered ? PD_MAP_LABELS : field == PD_FIELD_P ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE;
+    picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
     picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
@@ -323,6 +334,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+        if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
     if (!m->setup->images) return PD_OK;
     pdi_output_plane(m->setup, &right, &up);
@@ -460,6 +472,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
     PDI_DELETE(ctx, out->cells, out->cell);
     PDI_DELETE(ctx, out->cells, out->paint);
     PDI_DELETE(ctx, out->time_room, out->time);

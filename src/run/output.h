@@ -23,6 +23,7 @@ typedef struct pd_output {
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
+    double *displaced;        /* [PD_DIM][total] [m] */
     double *cell;             /* [cells] [unit of the field] of the drawn plane */
     uint8_t *paint;           /* [cells] */
     int64_t cells;

@@ -15,7 +15,8 @@
 
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
-                                                "energy [J/m3]"};
+                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
+                                                "eps_p", "broken"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -43,6 +44,25 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* Of metal that bears loads; 0 elsewhere. */
+static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
+{
+    const pd_structure *s = &m->structure;
+    int32_t point = s->point[i];
+    double square = 0.0;
+    if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
+    switch (field) {
+    case PD_FIELD_U:
+        for (int d = 0; d < PD_DIM; d++) square += s->rest.u[(int64_t)point * PD_DIM + d] *
+                                                   s->rest.u[(int64_t)point * PD_DIM + d];
+        return sqrt(square);
+    case PD_FIELD_MISES: return s->mises[point];
+    case PD_FIELD_PRESSURE: return s->pressure[point];
+    case PD_FIELD_SLIP: return s->elastic.plastic.slip[point];
+    default: return pdi_structure_broken(s, point);
+    }
+}
+
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
 {
     int fluid = m->grid.kind[i] == PD_FLUID;
@@ -68,6 +88,11 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         return fluid ? pdi_interface_fastest(&m->dissolve, i) : 0.0;
     case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
+    case PD_FIELD_U:
+    case PD_FIELD_MISES:
+    case PD_FIELD_PRESSURE:
+    case PD_FIELD_SLIP:
+    case PD_FIELD_BROKEN: return pdi_sample_solid(m, field, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;

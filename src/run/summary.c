@@ -158,6 +158,22 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+static void pdi_summary_solid(const pdi_summary *s)
+{
+    const pd_model *m = s->model;
+    const pd_setup_body *b = &m->setup->metal_body;
+    char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
+    if (!m->setup->has_solid) return;
+    pdi_setup_show(b->young, "Pa", young);
+    pdi_setup_show(b->yield, "Pa", yield);
+    snprintf(text, sizeof text, "E = %s, nu = %g%s, m = %g, %.0f bonds", young, b->poisson,
+             PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
+             0.5 * (double)m->structure.body.bonds);
+    pdi_summary_part(s, PD_PART_SOLID, "solid", text);
+    if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
+    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+}
+
 /* "plane up, plane down, force pin" */
 static void pdi_summary_watched(const pdi_summary *s)
 {
@@ -175,14 +191,16 @@ static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
-    const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas"};
+    const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
+                                 "mechanics"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas};
-    for (int k = 0; k < 6; k++) {
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid};
+    int absent = 0;
+    for (int k = 0; k < 7; k++) {
         size_t used = strlen(text);
-        if (!has[k]) snprintf(text + used, sizeof text - used, "%s, ", names[k]);
+        if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
-    pdi_summary_line(s, "%smechanics", text);
+    if (absent) pdi_summary_line(s, "%s", text);
 }
 
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
@@ -201,6 +219,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
+    pdi_summary_solid(&s);
     pdi_summary_watched(&s);
     pdi_summary_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];

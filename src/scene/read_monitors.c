@@ -266,6 +266,8 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_FORCE: return pdi_read_monitors_force(w, m);
     case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
+    case PD_MONITOR_GRIP:
+    case PD_MONITOR_SOLID: break; /* [solid] makes them */
     }
     return PD_OK;
 }

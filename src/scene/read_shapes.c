@@ -2,6 +2,7 @@
 #include "scene/read_shapes.h"
 #include "io/png.h"
 #include "scene/named_files.h"
+#include "scene/read_solid.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +13,8 @@ typedef enum pdi_read_shapes_kind {
     PDI_READ_SHAPES_SOLID,
     PDI_READ_SHAPES_WALL,
     PDI_READ_SHAPES_MEDIUM, /* fluid with a diffusivity of its own */
-    PDI_READ_SHAPES_PASSIVE /* fluid there does not attack metal */
+    PDI_READ_SHAPES_PASSIVE, /* fluid there does not attack metal */
+    PDI_READ_SHAPES_GRIP     /* metal there is held */
 } pdi_read_shapes_kind;
 
 typedef struct pdi_read_shapes {
@@ -344,7 +346,7 @@ static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
 
 static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
 {
-    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", NULL};
+    static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
     if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
@@ -361,6 +363,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
     if (kind == PDI_READ_SHAPES_MEDIUM) return pdi_read_shapes_medium(s, index);
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
+    if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_solid_shape(s->ctx, s->text, s->section, index, s->setup);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
     PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
@@ -382,7 +385,7 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
         if (s.used[k]) continue;
         return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
                                "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                               " medium or passive",
+                               " medium, passive or grip",
                                s.name[k]);
     }
     return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;

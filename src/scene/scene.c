@@ -7,6 +7,7 @@
 #include "scene/read_shapes.h"
 #include "scene/read_metal.h"
 #include "scene/read_gas.h"
+#include "scene/read_solid.h"
 #include "scene/read_flat.h"
 #include "scene/read_monitors.h"
 #include "scene/read_measured.h"
@@ -421,6 +422,17 @@ static pd_status pdi_scene_timeless(pdi_reader *s)
     }
     for (int k = 0; k < u->wall_count; k++)
         PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
+    for (int k = 0; k < u->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            static const char *const moves[] = {"ux", "uy", "uz"};
+            PDI_TRY(pdi_scene_steady(s, grip->section, moves[d], &grip->move[d], 1));
+        }
+        PDI_TRY(pdi_scene_steady(s, grip->section, "traction", grip->pull, PD_DIM));
+        PDI_TRY(pdi_scene_steady(s, grip->section, "pressure", &grip->press, 1));
+    }
+    PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "solid", NULL), "force", u->metal_body.force,
+                             PD_DIM));
     return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
 }
 
@@ -430,7 +442,8 @@ static pd_status pdi_scene_run(pdi_reader *s)
     int section = pdi_text_section(s->ctx, s->text, "run", NULL);
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = u->motion == PD_MOTION_STEADY && !u->has_transport && pdi_text_has(s->ctx, s->text, section, "until");
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
+                  pdi_text_has(s->ctx, s->text, section, "until");
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
@@ -488,7 +501,9 @@ static pd_status pdi_scene_output(pdi_reader *s)
         return pdi_text_refuse(s->ctx, s->text, section, "every",
                                "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
-                                     u->has_gas ? "density, v, p, energy, kind" : "C, v, p, kind, grain", &u->fields));
+                                     u->has_gas ? "density, v, p, energy, kind" :
+                                     u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
+                                     "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
@@ -509,6 +524,7 @@ static void pdi_scene_lines(pdi_reader *s)
     u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
     u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
     u->line[PD_PART_GAS] = pdi_scene_line(s, "gas", NULL);
+    u->line[PD_PART_SOLID] = pdi_scene_line(s, "solid", NULL);
     u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
     u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
     if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
@@ -529,6 +545,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     setup->has_flow = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "flow", NULL), NULL);
     setup->has_gas = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "gas", NULL), NULL);
     setup->has_transport = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "transport", NULL), NULL);
+    setup->has_solid = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "solid", NULL), NULL);
     setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
     setup->has_corrode = pdi_read_metal_given(&s, "corrode");
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
@@ -545,14 +562,15 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
+    PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !setup->has_transport)
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport] or [corrode] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode] or [solid] section");
     return PD_OK;
 }
 

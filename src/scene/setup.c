@@ -6,7 +6,8 @@
 #include <string.h>
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
-                                               "phase", "D", "rate", "density", "damage", "energy"};
+                                               "phase", "D", "rate", "density", "damage", "energy",
+                                               "u", "mises", "sigma_h", "eps_p", "broken"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -18,6 +19,16 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
                                                 {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
                                                    {"y", "m", 0.0}, {"z", "m", 0.0}};
+
+static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
+                                                    {"x", "m", 0.0},
+#if PD_DIM > 1
+                                                    {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                    {"z", "m", 0.0},
+#endif
+                                                    {"t", "s", 0.0}};
 
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
@@ -38,8 +49,20 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
     return status;
 }
 
+static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
+{
+    for (int k = 0; k < b->grips; k++) {
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].pull[d]);
+        pdi_expr_free(ctx, &b->grip[k].press);
+    }
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->force[d]);
+    pdi_expr_free(ctx, &b->pace);
+}
+
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
+    pdi_setup_free_body(ctx, &setup->metal_body);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
@@ -83,6 +106,12 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
+    case PD_FIELD_U:
+    case PD_FIELD_MISES:
+    case PD_FIELD_PRESSURE:
+    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
+    case PD_FIELD_SLIP:
+        return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
@@ -101,7 +130,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid"};
     return names[kind];
 }
 
@@ -115,6 +144,8 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
 
 PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+
+PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
 
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {

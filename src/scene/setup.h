@@ -9,6 +9,7 @@
 #include "metal/dissolve.h"
 #include "metal/metal.h"
 #include "flow/gas.h"
+#include "solid/elastic.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -22,6 +23,7 @@
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
+#define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -36,6 +38,11 @@ typedef enum pd_field {
     PD_FIELD_DENSITY,
     PD_FIELD_DAMAGE,
     PD_FIELD_ENERGY,
+    PD_FIELD_U,
+    PD_FIELD_MISES,
+    PD_FIELD_PRESSURE,
+    PD_FIELD_SLIP,
+    PD_FIELD_BROKEN,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -47,6 +54,7 @@ typedef enum pd_part {
     PD_PART_TRANSPORT,
     PD_PART_DISSOLVE,
     PD_PART_GRAIN,
+    PD_PART_SOLID,
     PD_PART_COUNT
 } pd_part;
 
@@ -109,7 +117,9 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_PLANE,    /* what passes a plane of the lattice */
     PD_MONITOR_FORCE,    /* of the flow on what a box holds */
     PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
-    PD_MONITOR_TOTAL     /* what a box holds */
+    PD_MONITOR_TOTAL,    /* what a box holds */
+    PD_MONITOR_GRIP,     /* force of a grip on a body */
+    PD_MONITOR_SOLID     /* energies of a body, and its extremes */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -127,7 +137,7 @@ typedef struct pd_setup_monitor {
     unsigned fields, images;       /* line. bit k: pd_field k */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index */
+    int index;                     /* plane: between the cells index - 1 and index; grip: its place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -164,6 +174,36 @@ typedef struct pd_setup_metal {
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
 } pd_setup_metal;
 
+/* What holds or loads a body: a side of the box, or all of it in a shape. */
+typedef struct pd_setup_grip {
+    int side;               /* -1: the shape */
+    int shape;              /* index */
+    int section;            /* of the text */
+    int moves[PD_DIM];      /* 1: the displacement along this axis is given */
+    pd_expr move[PD_DIM];   /* of x, y, z, t; in m */
+    int pulls;              /* 1: a side with a traction */
+    pd_expr pull[PD_DIM];   /* of x, y, z, t; in Pa */
+    int presses;            /* 1: a side under pressure */
+    pd_expr press;          /* of x, y, z, t; in Pa */
+} pd_setup_grip;
+
+/* Mechanics of the metal. */
+typedef struct pd_setup_body {
+    double young, poisson;   /* [Pa], [-] */
+    pd_plane plane;
+    pd_influence influence;
+    double m;                /* [-] horizon ratio of its bonds */
+    double yield, hardening; /* [Pa] 0: it does not flow */
+    double stretch;          /* [-] at which bonds break, 0: none does */
+    double rtol;             /* [-] */
+    pd_expr force[PD_DIM];   /* of x, y, z, t; in N/m3 */
+    int weighs;              /* 1: there is one */
+    pd_setup_grip grip[PD_SETUP_GRIPS];
+    int grips;
+    int paces;               /* 1: the speed of the law is multiplied */
+    pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
+} pd_setup_body;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -192,6 +232,7 @@ typedef struct pd_setup {
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* metal goes */
     int has_corrode;                   /* it goes by bond-based corrosion */
+    int has_solid;                     /* it is elastic */
     /* flow */
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
@@ -237,6 +278,7 @@ typedef struct pd_setup {
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
+    pd_setup_body metal_body;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -288,6 +330,9 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 /* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
 #define PDI_SETUP_LAW (PD_DIM + 2)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
+#define PDI_SETUP_PACE (PD_DIM + 4)
+PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
 /* Value of the law at C = 0, t = 0 and x = 0, times rate_scale [m/s]. */
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t. */

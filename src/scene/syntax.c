@@ -12,14 +12,15 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"grid", "h, m, box, geometry, threads"},
     {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
               "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
-              "boundary_width"},
-    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C"},
+              "boundary_width, ux, uy, uz"},
+    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
+    {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, slice, prefix, folder"},

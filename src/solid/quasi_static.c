@@ -76,8 +76,8 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has no
- * loads. */
+/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
+ * no loads. */
 static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
@@ -301,12 +301,6 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 
 static pd_status pdi_quasi_static_at(pd_ctx *ctx, void *self, double t)
 {
-    pd_quasi_static *q = (pd_quasi_static *)self;
-    return q->desc.follows && q->known ? PD_OK : pd_quasi_static_to(ctx, q, t);
-}
-
-static pd_status pdi_quasi_static_finish(pd_ctx *ctx, void *self, double t)
-{
     return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
 }
 
@@ -326,7 +320,6 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
     p.start = pdi_quasi_static_at;
     p.at = pdi_quasi_static_at;
     p.longest = pdi_process_longest;
-    p.finish = pdi_quasi_static_finish;
     p.store = pdi_quasi_static_store;
     return p;
 }

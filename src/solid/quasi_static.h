@@ -19,11 +19,9 @@ typedef struct pd_quasi_static_desc {
     pd_load_fn load;
     void *user;
     double stretch;        /* [-] at which bonds break; 0: none does */
-    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`; -1:
-                            * 0.5 */
+    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`;
+                            * -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
-    int follows;           /* 1: it is solved when a step of the run has ended, with what that has changed; 0: with
-                            * whatever asks for a time */
 } pd_quasi_static_desc;
 
 typedef struct pd_quasi_static {

@@ -1,0 +1,261 @@
+/* structure: see structure.h */
+#include "couple/structure.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* The balance is found anew when a point has lost this share of its stiffness, as much of a cell as a step may take. */
+#define PDI_STRUCTURE_CHANGE 0.02
+
+enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
+{
+    pd_structure *structure = (pd_structure *)object;
+    PDI_ARRAY(owner, structure, node, structure->count, "1");
+    PDI_ARRAY(owner, structure, point, structure->total, "1");
+    PDI_ARRAY(owner, structure, held, structure->count * PD_DIM, "1");
+    PDI_STATE(owner, structure, stiff, structure->count, "1");
+    PDI_ARRAY(owner, structure, stress, (int64_t)structure->count * PDI_STRUCTURE_TENSOR, "Pa");
+    PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+}
+
+PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
+{
+    int64_t all = s->body.row[point + 1] - s->body.row[point];
+    return all ? 1.0 - (double)pdi_body_intact(&s->body, point) / (double)all : 0.0;
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    double *position = NULL, *volume = NULL, cell = 1.0;
+    pd_body_desc desc;
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
+    pd_status status = PDI_NEW(ctx, "structure", (int64_t)s->count * PD_DIM, position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "structure", s->count, volume);
+    for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->point[i] = -1;
+        if (grid->kind[i] != PD_SOLID || !pdi_grid_inside(grid, at)) continue;
+        s->node[k] = i;
+        s->point[i] = k;
+        pd_grid_position(grid, i, position + (int64_t)k * PD_DIM);
+        s->stiff[k] = 1.0;
+        volume[k++] = cell;
+    }
+    desc.count = s->count;
+    desc.position = position;
+    desc.volume = volume;
+    desc.spacing = grid->h[0];
+    desc.horizon = s->desc.m * grid->h[0];
+    if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
+    PDI_DELETE(ctx, s->count, volume);
+    PDI_DELETE(ctx, (int64_t)s->count * PD_DIM, position);
+    return status;
+}
+
+static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
+                            " axes", grid->h[0], grid->h[d]);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
+    for (int32_t i = 0; i < grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->count += grid->kind[i] == PD_SOLID && pdi_grid_inside(grid, at);
+    }
+    if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
+    return PD_OK;
+}
+
+static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+{
+    pd_quasi_static_desc rest;
+    memset(s, 0, sizeof *s);
+    memset(&rest, 0, sizeof rest);
+    s->desc = *desc;
+    s->grid = grid;
+    s->total = grid->total;
+    PDI_TRY(pdi_structure_count(ctx, s));
+    PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
+    PDI_TRY(pdi_structure_points(ctx, s));
+    s->desc.elastic.stiff = s->stiff;
+    s->desc.elastic.loose = 1;
+    PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
+    rest.held = s->held;
+    rest.load = desc->load;
+    rest.user = desc->user;
+    rest.stretch = desc->stretch;
+    rest.eager = -1.0;
+    rest.rtol = desc->rtol;
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    return pd_quasi_static_build(ctx, &solid, &rest, &s->rest);
+}
+
+pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+{
+    pd_status status = pdi_structure_make(ctx, grid, desc, s);
+    if (status < 0) pd_structure_free(ctx, s);
+    return status;
+}
+
+void pd_structure_free(pd_ctx *ctx, pd_structure *s)
+{
+    pd_quasi_static_free(ctx, &s->rest);
+    pd_elastic_free(ctx, &s->elastic);
+    pd_body_free(ctx, &s->body);
+    pdi_owner_free(ctx, pdi_structure_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- stress ---- */
+
+/* Mean of the normal stresses and stress of von Mises of point i. */
+static void pdi_structure_invariants(pd_structure *s, int32_t i, double normal)
+{
+    const double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += p[d * PD_DIM + d];
+    s->pressure[i] = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = p[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    s->mises[i] = sqrt(1.5 * square);
+}
+
+/* The stress of the metal that is left, of the present balance. */
+static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_solid *solid = &s->rest.solid;
+    solid->stress(ctx, solid->self, s->rest.u, s->stress);
+    for (int32_t i = 0; i < s->count; i++) {
+        double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
+        double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
+        pdi_structure_invariants(s, i, normal * over);
+    }
+    s->seen = s->rest.solves;
+}
+
+static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
+{
+    pd_structure_at at;
+    for (int32_t i = 0; i < s->count && s->desc.pace; i++) {
+        int32_t node = s->node[i];
+        if (s->grid->kind[node] != PD_SOLID) continue;
+        pd_grid_position(s->grid, node, at.x);
+        at.t = s->rest.time;
+        at.pressure = s->pressure[i];
+        at.mises = s->mises[i];
+        at.slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        double pace = s->desc.pace(s->desc.pace_user, &at);
+        if (!(pace >= 0.0) || !(pace < 1e100))
+            return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
+                            "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
+        s->factor[node] = pace * (s->desc.factor ? s->desc.factor[node] : 1.0);
+    }
+    if (s->desc.pace && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
+    return PD_OK;
+}
+
+/* ---- a process ---- */
+
+/* Stiffness of the metal that is left; the balance is stale when it is another. */
+static void pdi_structure_stiffen(pd_structure *s)
+{
+    const pd_dissolve *d = s->dissolve;
+    double change = 0.0;
+    for (int32_t i = 0; i < s->count && d; i++) {
+        if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
+        double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
+        change = fmax(change, fabs(left - s->stiff[i]));
+    }
+    if (!(change > PDI_STRUCTURE_CHANGE) && !s->rest.stale) return;
+    for (int32_t i = 0; i < s->count && d; i++)
+        if (s->grid->kind[s->node[i]] == PD_SOLID)
+            s->stiff[i] = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
+    s->rest.stale = 1;
+}
+
+static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
+{
+    if (s->dissolve) pdi_structure_stiffen(s);
+    pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
+    if (status < 0) return status;
+    if (s->seen != s->rest.solves) {
+        pdi_structure_stress(ctx, s);
+        PDI_TRY(pdi_structure_pace(ctx, s));
+    }
+    return status;
+}
+
+/* Without dissolution it follows whoever asks for a time; with it, the step that has ended. */
+static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    return s->dissolve && s->rest.known ? PD_OK : pdi_structure_to(ctx, s, t);
+}
+
+static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_structure_to(ctx, (pd_structure *)self, t);
+}
+
+static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_structure *s = (pd_structure *)self;
+    (void)ctx;
+    for (int32_t k = 0; k < count; k++) {
+        int32_t i = s->point[turned[k]];
+        if (i < 0) continue;
+        pdi_body_release(&s->body, i);
+        s->stiff[i] = 0.0;
+        s->rest.stale = 1;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process rest = pd_quasi_static_process(&s->rest);
+    PDI_TRY(pdi_owner_store(ctx, pdi_structure_list, s, archive));
+    PDI_TRY(rest.store(ctx, rest.self, archive));
+    if (!archive->reading || !s->rest.known) return PD_OK;
+    pdi_structure_stress(ctx, s);
+    return pdi_structure_pace(ctx, s);
+}
+
+pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
+{
+    pd_process p = pd_quasi_static_process(&s->rest);
+    s->dissolve = dissolve;
+    p.name = "structure";
+    p.self = s;
+    p.start = pdi_structure_at;
+    p.at = pdi_structure_at;
+    p.finish = pdi_structure_finish;
+    p.changed = pdi_structure_changed;
+    p.store = pdi_structure_store;
+    return p;
+}
+
+#undef PDI_STRUCTURE_CHANGE

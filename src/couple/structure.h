@@ -1,0 +1,76 @@
+/* structure: the metal of a lattice as a body under load.
+ *
+ * Points are the solid nodes of the start. A node that turns fluid loses its bonds; one that has lost a part of its
+ * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
+ * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
+ * the next step knows its stress: the coupling is of first order in time.
+ */
+#ifndef PD_STRUCTURE_H
+#define PD_STRUCTURE_H
+#include "metal/dissolve.h"
+#include "solid/elastic.h"
+#include "solid/quasi_static.h"
+
+/* What the speed may depend on. */
+typedef struct pd_structure_at {
+    double pressure;  /* [Pa] mean of the normal stresses, tension positive */
+    double mises;     /* [Pa] stress of von Mises */
+    double slip;      /* [-] equivalent plastic strain */
+    double x[PD_DIM]; /* [m] */
+    double t;         /* [s] */
+} pd_structure_at;
+
+/* Factor [-] of the speed there, at least 0. */
+typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
+
+typedef struct pd_structure_desc {
+    double m;                /* [-] horizon over the spacing, which is the same along all axes */
+    pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
+    double stretch;          /* [-] at which bonds break; 0: none does */
+    double rtol;             /* [-] as of pd_equilibrium_desc */
+    pd_load_fn load;
+    void *user;
+    pd_pace_fn pace;         /* NULL: the speed does not depend on stress */
+    void *pace_user;
+    const double *factor;    /* [total] [-] of the speed without stress; NULL: 1. Borrowed */
+} pd_structure_desc;
+
+typedef struct pd_structure {
+    pd_structure_desc desc;
+    const pd_grid *grid;
+    pd_dissolve *dissolve;   /* NULL: the metal stays */
+    int32_t count;           /* points */
+    int32_t total;           /* nodes, of `point` */
+    int32_t *node;           /* [count] */
+    int32_t *point;          /* [total] of a node; -1: none */
+    pd_body body;
+    pd_elastic elastic;
+    pd_quasi_static rest;
+    uint8_t *held;           /* [count][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the build */
+    double *stiff;           /* [count] [-] */
+    double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
+    double *pressure, *mises; /* [count] [Pa] of that */
+    double *factor;          /* [total] [-] of the speed; empty without `pace` */
+    int64_t seen;            /* solves that stress is known for */
+} pd_structure;
+
+#define pd_structure_build PD_NAME(pd_structure_build)
+#define pd_structure_process PD_NAME(pd_structure_process)
+#define pd_structure_free PD_NAME(pd_structure_free)
+
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
+ * node whose bonds do not span all directions. */
+PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
+                                    pd_structure *structure);
+/* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
+ * structure->factor. */
+PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
+PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
+/* Share of the bonds of a point that are broken [-]. */
+PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
+#endif
+
+#endif

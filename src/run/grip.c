@@ -1,0 +1,182 @@
+/* grip: see grip.h */
+#include "run/grip.h"
+#include <math.h>
+#include <string.h>
+
+/* Loads that sum up to the force of a traction but for this share are taken as they are. */
+#define PDI_GRIP_EXACT 1e-9
+/* Least share of the metal of a side that may bear its traction. */
+#define PDI_GRIP_LEAST 0.01
+
+/* Cells between point i and a side of the box. */
+static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
+{
+    const pd_grid *grid = g->structure->grid;
+    int at[PD_DIM];
+    pdi_grid_index(grid, g->structure->node[i], at);
+    return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
+}
+
+/* 1: the grip holds point i. */
+static int pdi_grip_holds(const pd_grips *g, const pd_setup_grip *grip, int32_t i)
+{
+    double x[PD_DIM];
+    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) == 0;
+    pd_grid_position(g->structure->grid, g->structure->node[i], x);
+    return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
+}
+
+PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+{
+    const pd_setup_body *b = &setup->metal_body;
+    memset(g, 0, sizeof *g);
+    g->setup = setup;
+    g->structure = structure;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
+        int32_t held = 0;
+        for (int32_t i = 0; i < structure->count; i++) {
+            if (!pdi_grip_holds(g, grip, i)) continue;
+            held++;
+            for (int d = 0; d < PD_DIM; d++)
+                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+        }
+        g->area[k] = face * held;
+        if (held) continue;
+        if (grip->side >= 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
+                            "loads", pdi_setup_side_name(grip->side));
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
+    }
+    return PD_OK;
+}
+
+/* The point behind point i, seen from a side; -1: there is none that bears anything. */
+static int32_t pdi_grip_behind(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    int at[PD_DIM];
+    pdi_grid_index(s->grid, s->node[i], at);
+    at[side / 2] += side % 2 ? -1 : 1;
+    if (!pdi_grid_inside(s->grid, at)) return -1;
+    int32_t behind = s->point[pd_grid_node(s->grid, at)];
+    return behind >= 0 && s->stiff[behind] > 0.0 ? behind : -1;
+}
+
+static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
+{
+    if (fabs(value) < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "grip", "a displacement, traction or force is %g at x = %g m, t = %g s", value,
+                    x[0], t);
+}
+
+/* Displacements of what grip k holds. */
+static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, const pd_setup_grip *grip, double t, double *u)
+{
+    const pd_structure *s = g->structure;
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        if (!pdi_grip_holds(g, grip, i)) continue;
+        int32_t behind = grip->side >= 0 ? pdi_grip_behind(g, i, grip->side) : -1;
+        pd_grid_position(s->grid, s->node[i], x);
+        if (grip->side >= 0)
+            x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t k = (int64_t)i * PD_DIM + d, other = (int64_t)behind * PD_DIM + d;
+            if (!grip->moves[d]) continue;
+            double value = pdi_setup_eval(&grip->move[d], x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            u[k] = value - (behind >= 0 && !s->held[other] ? 0.5 * (u[k] - u[other]) : 0.0);
+        }
+    }
+    return PD_OK;
+}
+
+/* How much point i bears of a traction on a side, over its volume [1/m]. */
+static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
+{
+    const pd_structure *s = g->structure;
+    int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
+    if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
+    double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
+    return side % 2 ? -edge : edge;
+}
+
+/* The traction of grip k. */
+static pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_structure *s = g->structure;
+    int axis = grip->side / 2;
+    double sum = 0.0, scale = 1.0;
+    for (int32_t i = 0; i < s->count; i++) sum += s->body.volume[i] * pdi_grip_bears(g, i, grip->side);
+    if (!(sum > PDI_GRIP_LEAST * g->area[k]))
+        return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction at "
+                        "t = %g s", pdi_setup_side_name(grip->side), t);
+    if (fabs(sum - g->area[k]) > PDI_GRIP_EXACT * g->area[k]) scale = g->area[k] / sum;
+    for (int32_t i = 0; i < s->count; i++) {
+        double share = scale * pdi_grip_bears(g, i, grip->side), x[PD_DIM];
+        if (!(fabs(share) > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        x[axis] = grip->side % 2 ? g->setup->hi[axis] : g->setup->lo[axis];
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = grip->pulls ? pdi_setup_eval(&grip->pull[d], x, t) : 0.0;
+            if (grip->presses && d == axis) value += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval(&grip->press, x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            load[(int64_t)i * PD_DIM + d] += share * value;
+        }
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
+{
+    const pd_grips *g = (const pd_grips *)user;
+    const pd_setup_body *b = &g->setup->metal_body;
+    const pd_structure *s = g->structure;
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, &b->grip[k], t, u));
+    for (int k = 0; k < b->grips; k++)
+        if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
+    for (int32_t i = 0; i < s->count && b->weighs; i++) {
+        double x[PD_DIM];
+        if (!(s->stiff[i] > 0.0)) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        for (int d = 0; d < PD_DIM; d++) {
+            double value = pdi_setup_eval(&b->force[d], x, t);
+            PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            load[(int64_t)i * PD_DIM + d] += s->stiff[i] * value;
+        }
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_quasi_static *rest = &g->structure->rest;
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    for (int32_t i = 0; i < g->structure->count; i++) {
+        double volume = g->structure->body.volume[i];
+        if (!pdi_grip_holds(g, grip, i)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t n = (int64_t)i * PD_DIM + d;
+            if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);
+        }
+    }
+}
+
+PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
+{
+    const pd_setup *u = (const pd_setup *)user;
+    double vars[PDI_SETUP_PACE];
+    vars[0] = at->pressure;
+    vars[1] = at->mises;
+    vars[2] = at->slip;
+    memcpy(vars + 3, at->x, sizeof at->x);
+    vars[3 + PD_DIM] = at->t;
+    return pdi_expr_eval(&u->metal_body.pace, vars);
+}
+
+#undef PDI_GRIP_EXACT
+#undef PDI_GRIP_LEAST

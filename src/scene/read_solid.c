@@ -1,0 +1,176 @@
+/* read_solid: see read_solid.h */
+#include "scene/read_solid.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_read_solid_moves[] = {"ux", "uy", "uz"};
+
+/* Room for one more grip. */
+static pd_status pdi_read_solid_room(pd_ctx *ctx, pd_text *text, int section, pd_setup *u, pd_setup_grip **grip)
+{
+    pd_setup_body *b = &u->metal_body;
+    if (b->grips == PD_SETUP_GRIPS)
+        return pdi_text_refuse(ctx, text, section, "ux", "found more than %d sides and shapes that hold or load metal",
+                               PD_SETUP_GRIPS);
+    *grip = &b->grip[b->grips++];
+    (*grip)->side = (*grip)->shape = -1;
+    (*grip)->section = section;
+    return PD_OK;
+}
+
+/* Displacements that are given; the others are free. */
+static pd_status pdi_read_solid_displace(pd_ctx *ctx, pd_text *text, int section, pd_setup_grip *grip)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!pdi_text_has(ctx, text, section, pdi_read_solid_moves[d])) continue;
+        PDI_TRY(pdi_text_expr(ctx, text, section, pdi_read_solid_moves[d], "m", pdi_setup_position(), PDI_SETUP_PLACE,
+                              NULL, &grip->move[d]));
+        grip->moves[d] = 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
+{
+    pd_setup_grip *grip;
+    int moves = 0;
+    if (!u->has_solid)
+        return pdi_text_refuse(ctx, text, section, "kind", "found 'grip' without a [solid] section");
+    PDI_TRY(pdi_read_solid_room(ctx, text, section, u, &grip));
+    grip->shape = shape;
+    PDI_TRY(pdi_read_solid_displace(ctx, text, section, grip));
+    for (int d = 0; d < PD_DIM; d++) moves = moves || grip->moves[d];
+    if (moves) return PD_OK;
+    return pdi_text_refuse(ctx, text, section, "kind", "found a grip that holds nothing, expected ux = ... or another "
+                           "displacement");
+}
+
+/* All components of a vector. */
+static pd_status pdi_read_solid_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
+{
+    int count;
+    PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, NULL, PD_DIM,
+                           expr, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
+}
+
+static pd_status pdi_read_solid_side(pdi_reader *s, int side)
+{
+    static const char *const loads[] = {"traction", "pressure"};
+    int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
+    pd_setup_grip *grip;
+    if (section < 0) return PD_OK;
+    for (int d = 0; d < PD_DIM; d++) any = any || pdi_text_has(s->ctx, s->text, section, pdi_read_solid_moves[d]);
+    for (int k = 0; k < 2; k++) any = any || pdi_text_has(s->ctx, s->text, section, loads[k]);
+    if (!any) return PD_OK;
+    PDI_TRY(pdi_read_solid_room(s->ctx, s->text, section, s->setup, &grip));
+    grip->side = side;
+    PDI_TRY(pdi_read_solid_displace(s->ctx, s->text, section, grip));
+    grip->pulls = pdi_text_has(s->ctx, s->text, section, "traction");
+    grip->presses = pdi_text_has(s->ctx, s->text, section, "pressure");
+    if (grip->pulls) PDI_TRY(pdi_read_solid_vector(s, section, "traction", "Pa", grip->pull));
+    if (!grip->presses) return PD_OK;
+    return pdi_text_expr(s->ctx, s->text, section, "pressure", "Pa", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
+                         &grip->press);
+}
+
+/* Something has to hold the body along each axis, or nothing may load it; the solver sees to the rest. */
+static pd_status pdi_read_solid_grips(pdi_reader *s, int section)
+{
+    const pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) PDI_TRY(pdi_read_solid_side(s, k));
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (u->side[k].kind == PD_SIDE_PERIODIC)
+            return pdi_text_refuse(s->ctx, s->text, section, "solid", "found beside a periodic side, expected sides"
+                                   " that end the metal: bonds of a body do not pass them");
+    if (u->metal_body.grips || u->metal_body.weighs) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "solid", "found nothing that loads the metal, expected ux = ..., "
+                           "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
+}
+
+/* Each grip has a table, and so has the body. */
+static pd_status pdi_read_solid_watch(pdi_reader *s, int section, pd_monitor_kind kind, int index, const char *name)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = kind;
+    m->index = index;
+    m->line = s->text->section[section].line;
+    snprintf(m->name, sizeof m->name, "%s", name);
+    return PD_OK;
+}
+
+static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
+{
+    const pd_setup_body *b = &s->setup->metal_body;
+    for (int k = 0; k < b->grips; k++) {
+        const char *name = s->text->section[b->grip[k].section].label;
+        PDI_TRY(pdi_read_solid_watch(s, b->grip[k].section, PD_MONITOR_GRIP, k, name));
+    }
+    return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
+}
+
+static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+{
+    static const char *const planes[] = {"strain", "stress", NULL};
+    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int plane = 0, influence;
+    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
+    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    b->plane = (pd_plane)plane;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    b->influence = (pd_influence)influence;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
+    PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
+    if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
+    if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+}
+
+/* What stress does to the speed at which metal dissolves. */
+static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    if (!pdi_text_has(s->ctx, s->text, section, "speed_factor")) return PD_OK;
+    if (!s->setup->has_dissolve)
+        return pdi_text_refuse(s->ctx, s->text, section, "speed_factor",
+                               "found without metal that dissolves, expected a [dissolve] or [corrode] section");
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "speed_factor", "", pdi_setup_pace(), PDI_SETUP_PACE, NULL,
+                          &b->pace));
+    b->paces = 1;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, "solid", NULL);
+    if (!u->has_solid) return PD_OK;
+    if (u->axisymmetric)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid",
+                               "found in a box with geometry = axisymmetric, expected planar");
+    if (u->solid < 0)
+        return pdi_text_refuse(s->ctx, s->text, section, "solid", "found no metal, expected a [shape ...] with kind = "
+                               "solid");
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_refuse(s->ctx, s->text, section, "solid",
+                                   "found different spacings of the axes, expected one h");
+    PDI_TRY(pdi_read_solid_law(s, section));
+    u->metal_body.weighs = pdi_text_has(s->ctx, s->text, section, "force");
+    if (u->metal_body.weighs) PDI_TRY(pdi_read_solid_vector(s, section, "force", "N/m3", u->metal_body.force));
+    PDI_TRY(pdi_read_solid_grips(s, section));
+    PDI_TRY(pdi_read_solid_tables(s, section));
+    return pdi_read_solid_pace(s, section);
+}
