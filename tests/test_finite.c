@@ -737,6 +737,8 @@ TEST(bad_input)
     CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.control = PD_FINITE_SILLING, d.penalty = 0.0;
     CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.control = (pd_finite_control)3;
+    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     /* inside out */
     pd_solid s = build(c, &good, &f);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] = -(k % PD_DIM == 0) * 2.0 * c->position[k];

@@ -200,6 +200,9 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     pdi_finite_moduli moduli;
     memset(f, 0, sizeof *f);
     PDI_TRY(pdi_finite_law_make(ctx, &desc->law, &moduli));
+    if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+                        (int)desc->control, (int)desc->law.kind);
     if (desc->control == PD_FINITE_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
     f->desc = *desc;
