@@ -40,6 +40,7 @@
  *     par        threads, ordered sums, wall clock.
  *     rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
  *   lattice/
+ *     facets     a closed surface of triangles in 3D, and the signed distance to it.
  *     shape      signed distances and set operations. Negative inside the shape.
  *     area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
  *     stencil    the family of an interior node of a uniform lattice and its calibrated weights.
@@ -92,14 +93,18 @@
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
  *   solid/
+ *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
+ *     cut        cracks that a body has from the start, and the damage of its points.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
  *     plastic    metal that flows at von Mises' yield stress and hardens, at small strains.
  *     elastic    small strains of a body by bond-associated correspondence.
  *     equilibrium displacements of a body at rest under loads and held points.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
+ *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
+ *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
- *     verlet     a body of springs in motion, by velocity Verlet.
+ *     verlet     a body of any material in motion, by velocity Verlet.
  *     tensor     vectors and tensors of mechanics in loops over bonds.
  *     finite_law energy and stress of one place of a solid at large strains.
  *     finite     large strains of a body by correspondence.
@@ -133,6 +138,12 @@
  *     plot       curves and markers over two axes as a PNG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
+ *     scan       words and numbers of a text, and failures that name its line.
+ *     points     places with volumes and regions, and cells of meshes that become such points.
+ *     msh        cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
+ *     vtu        cells or points of VTK files of unstructured grids (XML) as points.
+ *     mesh       points of a body from a file: a table, or the cells of a mesh.
+ *     stl        closed surfaces from STL files, as text or binary. Their normals are not read: the corners have them.
  *     progress   one line of text with the share done and the time left. The library prints nothing; a driver shows the
  *   scene/
  *     units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -707,6 +718,47 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 
 #endif
 
+/* ======== >>lattice/facets.h ======== */
+/* facets: a closed surface of triangles in 3D, and the signed distance to it.
+ *
+ * Each edge of the surface belongs to two triangles that go along it in opposite senses; corners are the same when
+ * their bits are. The distance is that to the nearest triangle, found in a tree of boxes. Inside is where a ray along
+ * axis 0 leaves the surface once more than it enters it: edges count half-open in the plane across the ray, and both
+ * triangles at an edge decide alike on which side of it the ray passes, so a ray through an edge or a corner is no
+ * special case.
+ */
+#ifndef PD_FACETS_H
+#define PD_FACETS_H
+
+typedef struct pd_facets {
+    int32_t count;   /* triangles */
+    int32_t boxes;   /* of the tree; box 0 holds all, the first child of a box is next to it */
+    double *corner;  /* [count][3][3] [m] triangles, those of a box one after another */
+    double *box;     /* [count][6] [m] low corner, high corner */
+    int32_t *first;  /* [count] first triangle of a box */
+    int32_t *size;   /* [count] its triangles */
+    int32_t *second; /* [count] its second child; 0: it has none */
+} pd_facets;
+
+#define pd_facets_build PD_NAME(pd_facets_build)
+#define pd_facets_free PD_NAME(pd_facets_free)
+
+/* The surface of `count` triangles, corner [count][3][3] [m]. PD_ERR_ARGUMENT: none, or too many of them, a corner that
+ * is not finite. PD_ERR_GEOMETRY: a triangle with two corners at one place; an edge that has not exactly two triangles
+ * in opposite senses (the message has its place); no volume. */
+PD_API pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets);
+PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
+
+#ifdef PDI_INTERNAL
+/* Signed distance [m] of place x[3] [m], negative inside: exact but for rounding, which
+ * is 0 on the surface. */
+PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
+/* [byte] of all arrays. */
+PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);
+#endif
+
+#endif
+
 /* ======== >>lattice/shape.h ======== */
 /* shape: signed distances and set operations. Negative inside the shape.
  *
@@ -724,6 +776,7 @@ typedef enum pd_shape_type {
                           * cut: axis 0 the slab |y - a_y| < r, axis 1 |x - a_x| < r, axis 2 a disc. 1D: |x - a| < r */
     PD_SHAPE_HALF_SPACE, /* points with (x - a) . b < 0; b need not have unit length */
     PD_SHAPE_VOXELS,     /* mask of n[] cells from corner a with spacing b; nearest cell decides */
+    PD_SHAPE_FACETS,     /* 3D: a closed surface of triangles */
     PD_SHAPE_UNION,      /* of children first .. first+count-1 in the child list */
     PD_SHAPE_INTERSECT,
     PD_SHAPE_DIFFERENCE, /* first child minus the others */
@@ -737,6 +790,7 @@ typedef struct pd_shape {
     int axis;
     int child[8], children;      /* indices of earlier shapes of the array */
     const uint8_t *mask;         /* PD_SHAPE_VOXELS: non-zero is inside, axis 0 fastest; borrowed */
+    const pd_facets *facets;     /* PD_SHAPE_FACETS: the surface; borrowed */
     int n[PD_DIM];
 } pd_shape;
 
@@ -3560,16 +3614,37 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 
 #endif
 
+/* ======== >>solid/rim.h ======== */
+/* rim: the part of a cell of a lattice that lies within a ball.
+ *
+ * The ball has its centre in a point, the cell is an interval, a square or a cube around another one. The part follows
+ * in closed form from the volumes of the ball beyond the corners of the cell, which are integrals of arc sines
+ * (theory: eq. 8.14).
+ */
+#ifndef PD_RIM_H
+#define PD_RIM_H
+
+#ifdef PDI_INTERNAL
+/* Part [-] of the cell with sides `size` [m] around the place xi [m] that lies within the ball of this radius [m]
+ * around 0: from 0 to 1. Mirror images of xi have the same bits. */
+PDI_FN double pdi_rim_part(const double *xi, double size, double radius);
+/* 1: the cell reaches into the ball by more than the rounding of places. */
+PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
+#endif
+
+#endif
+
 /* ======== >>solid/body.h ======== */
 /* body: material points of a solid and their families.
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
- * or with `spacing` |xi| < horizon + spacing/2, where cells at the rim count with the part that lies within the
- * horizon. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
+ * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
+ * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
  * does not depend on the order of the points. Search: cell lists, O(count).
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
+#include <math.h>
 
 /* How bonds count by their length r. */
 typedef enum pd_influence {
@@ -3578,18 +3653,28 @@ typedef enum pd_influence {
     PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
 } pd_influence;
 
+/* Which part of a cell at the rim of the horizon counts. */
+typedef enum pd_rim {
+    PD_RIM_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
+    PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
+} pd_rim;
+
 typedef struct pd_body_desc {
     int32_t count;
     const double *position; /* [count][PD_DIM] [m] */
     const double *volume;   /* [count] [m^d] */
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
+    pd_rim rim;             /* of a lattice */
 } pd_body_desc;
 
 typedef struct pd_body {
     int32_t count;
     double horizon;    /* [m] */
     double spacing;    /* [m] */
+    pd_rim rim;
+    int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
+    double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
@@ -3617,6 +3702,20 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
+/* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
+ * which has the digits of the displacements. */
+static inline double pdi_body_strain(const double *xi, const double *eta, double *y, double *r, double *length)
+{
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        y[d] = xi[d] + eta[d];
+        square += xi[d] * xi[d];
+        more += eta[d] * (xi[d] + y[d]);
+    }
+    *r = sqrt(square);
+    *length = sqrt(square + more);
+    return more / (*r * (*length + *r));
+}
 /* How many bonds point i has that are not broken. */
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 /* Break all bonds of point i, at both ends. How many. */
@@ -3625,10 +3724,43 @@ PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
 PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
-/* Weight of a bond of length r [m]: its influence times the part of the cell at its end that lies within the
- * horizon. */
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r);
+/* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
+ * none. Both ends get the same bits. */
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
+
+#endif
+
+/* ======== >>solid/cut.h ======== */
+/* cut: cracks that a body has from the start, and the damage of its points.
+ *
+ * A cut is a place (1D), a segment (2D) or a plane convex polygon (3D). It breaks the bonds whose straight line crosses
+ * it. The plane of a cut has a lower and an upper side: the upper one lies along the last axis along which the normal
+ * has a part. Points on the plane count as above it, so a cut through a row of points divides the body below that row:
+ * no point loses its family, and bonds within the row stay. A bond crosses the plane when its ends are on two sides;
+ * the cut has its rim, so a bond that meets the end of a segment or the edge of a polygon breaks, and cuts that share
+ * an end leave no gap. What is nearer than the rounding of places (1e-9 of the horizon, and some units in the last
+ * place of the coordinates) lies on a plane or on a rim. Nothing depends on the order of points, of cuts, of the
+ * corners, or on the end of a bond.
+ */
+#ifndef PD_CUT_H
+#define PD_CUT_H
+
+typedef struct pd_cut {
+    int corners;          /* 1D: 1, 2D: 2, 3D: at least 3 */
+    const double *corner; /* [corners][PD_DIM] [m] one after another around a polygon, either way. Borrowed */
+} pd_cut;
+
+#define pd_body_cut PD_NAME(pd_body_cut)
+#define pd_body_damage PD_NAME(pd_body_damage)
+
+/* Break the bonds that cross one of the cuts. *broken (NULL: not wanted): how many were intact. Materials that are
+ * built afterwards know of it; pd_elastic_update tells those that exist. PD_ERR_ARGUMENT, and no bond breaks: corners
+ * that are too few or not finite, a segment without length, a polygon that is not plane, not convex or without area. */
+PD_API pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken);
+/* damage [count] [-]: the share of broken bonds in the family of each point, by volume (Silling and Askari 2005,
+ * eq. 27): 1 - sum of V_j over intact bonds / sum of V_j over all. 0 for a point without bonds. */
+PD_API void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage);
 
 #endif
 
@@ -3663,6 +3795,14 @@ typedef struct pd_solid {
     double (*normal)(const void *self, int32_t i, const double *stress);
     /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
     double (*dissipated)(const void *self);
+    /* Energy density [J/m3] of each point at u. NULL: none but the total. */
+    void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
+     * bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
+     * one. Bonds break of themselves: how many. NULL: none does. */
+    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */
@@ -3831,6 +3971,34 @@ PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const 
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #ifdef PDI_INTERNAL
+/* A solve of displacements. */
+typedef struct pdi_equilibrium {
+    pd_ctx *ctx;
+    const pd_solid *solid;
+    const pd_equilibrium_desc *desc;
+    const double *load;
+    int64_t n;     /* components of all points */
+    double size;   /* [N] of the problem, which residuals are over */
+    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
+    double *rest;  /* [n] [N] */
+    double *step;  /* [n] [m] */
+    double *trial; /* [n] [m] of materials that are not linear */
+    pd_krylov krylov;
+} pdi_equilibrium;
+
+static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
+{
+    return q->desc->held && q->desc->held[k];
+}
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
+/* Memory, what can be refused, what is not in balance at u and its norm, the norm [N] to be met. */
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
+/* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
+/* Inverse blocks. Components that are held are left out. */
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
+/* y [m] = the inverse blocks times x [N]. */
+PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
@@ -3871,6 +4039,8 @@ typedef struct pd_quasi_static {
     double *load;          /* [n] [N/m3] */
     double *force;         /* [n] [N/m3] of the bonds, at u */
     double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
+    double *asked;         /* [2][n] [m] by how much what is held has to move, now and in the round before */
+    double relax;          /* [-] part of that which it moves */
     double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
     uint8_t *off;          /* [count] 1: of a piece that has come off */
     double time;           /* [s] of the balance */
@@ -3908,6 +4078,65 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
 
 #endif
 
+/* ======== >>solid/relaxation.h ======== */
+/* relaxation: displacements of a body at rest by damped motion, a fallback for Newton's method.
+ *
+ * Adaptive dynamic relaxation (Underwood 1983; Kilic and Madenci 2010): a fictitious motion in explicit steps of length
+ * 1. The mass of a point is a matrix, its block of the stiffness times a factor, so that the highest frequency is
+ * below that of the longest stable step; a step that shows a higher one raises the factor. Damping is critical for the
+ * frequency of the present motion. Needs forces only, and as many steps as the ratio of frequencies: some times more
+ * than conjugate gradients.
+ */
+#ifndef PD_RELAXATION_H
+#define PD_RELAXATION_H
+
+#define pd_relaxation_solve PD_NAME(pd_relaxation_solve)
+
+/* As pd_equilibrium_solve: arguments, residual, what is refused; max_iterations 0: 100000. result: iterations are steps
+ * of the motion, steps are how often it began anew with more mass. PD_NOT_CONVERGED: the limit was reached, u is the
+ * last state. PD_RETRY: displacements became no state of the material with any mass. PD_ERR_DIVERGED: the body moves
+ * without end: loads turn it, or it has no stiffness against them. */
+PD_API pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
+                                     const double *load, double *u, pd_equilibrium_result *result);
+
+#endif
+
+/* ======== >>solid/crack.h ======== */
+/* crack: J integral of a crack and the place of its tip, from displacements of any material.
+ *
+ * J is what a crack that grows straight on releases per area. With a function q that is 1 at the tip and 0 far away it
+ * is an integral over the points between (equivalent domain integral; Li, Shih and Needleman 1985): a mean over
+ * contours of all radii between `inner` and `outer`. Where a material has bonds that pull, the same mean is taken of
+ * the contours of peridynamics (Silling and Lehoucq 2010), which count the bonds that pass through them. Crack faces
+ * have to be straight and parallel to `way` within `outer`. What loads or holds points there counts.
+ */
+#ifndef PD_CRACK_H
+#define PD_CRACK_H
+
+typedef struct pd_crack_desc {
+    double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
+    double way[PD_DIM];   /* [-] direction in which the crack grows, of any length */
+    double front[PD_DIM]; /* [-] 3D: direction of the front, at a right angle to way */
+    double inner, outer;  /* [m] radii about the tip or front: q falls from 1 to 0 between them */
+    double thickness;     /* [m] 3D: length of the front; J is the mean over it */
+} pd_crack_desc;
+
+#define pd_crack_j PD_NAME(pd_crack_j)
+#define pd_crack_tip PD_NAME(pd_crack_tip)
+
+/* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
+ * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
+ * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel
+ * to the crack. PD_RETRY: u is no state of the material. */
+PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j);
+/* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as
+ * far, into tip [PD_DIM] [m]. A point beside a straight crack has lost the share of the ball of its family that lies
+ * beyond the crack, and half of that where the crack ends. PD_ERR_ARGUMENT: a share or a direction out of range.
+ * PD_RETRY: no point has lost so many, and tip is as it was. */
+PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
+
+#endif
+
 /* ======== >>solid/microelastic.h ======== */
 /* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
  *
@@ -3936,12 +4165,14 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
 
 #define pd_microelastic_build PD_NAME(pd_microelastic_build)
 #define pd_microelastic_force PD_NAME(pd_microelastic_force)
 #define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
+#define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
 /* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
@@ -3954,16 +4185,14 @@ PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *materia
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
+/* The material as solvers see it: displacements of any size, no bond breaks by itself. It has no stress. Under
+ * pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`: a bond has no
+ * length. */
+PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);
 PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Which bonds are broken and what they released, out of the object or back into it. */
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
-/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
- * its start and not at its end: its energy is that of the middle. */
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
-                                     double dt, double *force);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */
@@ -3973,10 +4202,11 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double den
 #endif
 
 /* ======== >>solid/verlet.h ======== */
-/* verlet: a body of springs in motion, by velocity Verlet.
+/* verlet: a body of any material in motion, by velocity Verlet.
  *
- * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
- * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
+ * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
+ * bonds that broke.
  */
 #ifndef PD_VERLET_H
 #define PD_VERLET_H
@@ -3990,7 +4220,7 @@ typedef struct pd_verlet_desc {
 
 typedef struct pd_verlet {
     pd_verlet_desc desc;
-    pd_microelastic *material;
+    pd_solid solid;
     double *u;        /* [count][PD_DIM] [m] displacements */
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
@@ -4005,11 +4235,12 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
- * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
+ * PD_ERR_ARGUMENT: a density or a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
                                  pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+ * the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
@@ -4180,7 +4411,7 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
  *
  * The family of point i has the gradient  F = 1 + (sum w V_j eta xi^T) K^-1  and a bond its own,
  * F_b = F + (Y - F xi) xi^T/r^2,  Y = xi + eta.  The energy of a point is the mean of  psi(F_b)  over its bonds, and
- * forces are its derivative (theory: 8.7). Plain correspondence, which takes F for all bonds, lets patterns pass
+ * forces are its derivative (theory: 8.8). Plain correspondence, which takes F for all bonds, lets patterns pass
  * without energy; it is here with the term of Silling against them, and without.
  *
  * Under J2 each bond of a family has its own state, with plain correspondence each point. Bonds that break change the
@@ -5713,7 +5944,7 @@ PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 #define PD_CSV_H
 
 #define PD_CSV_COLUMNS 256       /* most columns of a table */
-#define PD_CSV_FILE_LIMIT 67108864 /* [byte] largest table that is read */
+#define PD_CSV_FILE_LIMIT 536870912 /* [byte] largest table that is read */
 
 /* Rows on their way to a file. Zero-initialise. */
 typedef struct pd_csv {
@@ -5763,6 +5994,173 @@ PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
  * are cut off. PD_ERR_FILE: it is shorter, or another one. */
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv);
 #endif
+
+#endif
+
+/* ======== >>io/scan.h ======== */
+/* scan: words and numbers of a text, and failures that name its line.
+ *
+ * Words are separated by blanks and line ends. A failure is PD_ERR_PARSE with "path:line: ".
+ */
+#ifndef PD_SCAN_H
+#define PD_SCAN_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_scan {
+    pd_ctx *ctx;
+    const char *where; /* the module, for messages */
+    const char *path;
+    const char *text, *end; /* *end is 0 */
+    const char *at;
+} pdi_scan;
+
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+/* The next word; its length, 0 at the end of the text. */
+PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
+/* Go behind the end of the line; 1: there was nothing left on it. */
+PDI_FN int pdi_scan_line(pdi_scan *scan);
+/* The next word as a finite number, or as a whole one from low to high. what: its name, for the message. */
+PDI_FN pd_status pdi_scan_number(pdi_scan *scan, const char *what, double *value);
+PDI_FN pd_status pdi_scan_integer(pdi_scan *scan, const char *what, int64_t low, int64_t high, int64_t *value);
+/* The next word as a number of entries of at least so many bytes each: a file that names more of them than it can hold
+ * is refused before memory is asked for. */
+PDI_FN pd_status pdi_scan_count(pdi_scan *scan, const char *what, int bytes, int64_t *count);
+/* The next word has to be this one. */
+PDI_FN pd_status pdi_scan_expect(pdi_scan *scan, const char *word);
+#endif
+
+#endif
+
+/* ======== >>io/points.h ======== */
+/* points: places with volumes and regions, and cells of meshes that become such points.
+ *
+ * A cell becomes a point at its centroid with its volume: both are integrals of the multilinear map of the cell, which
+ * Gauss points integrate exactly, faces of a hexahedron that are not plane included.
+ */
+#ifndef PD_POINTS_H
+#define PD_POINTS_H
+
+typedef struct pd_points {
+    int32_t count;
+    int32_t room;     /* length of the arrays */
+    double *position; /* [count][PD_DIM] [m] */
+    double *volume;   /* [count] [m^d] */
+    int32_t *tag;     /* [count] region; 0: none */
+} pd_points;
+
+#define pd_points_free PD_NAME(pd_points_free)
+
+PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
+
+#ifdef PDI_INTERNAL
+/* Append a point. PD_ERR_SIZE: more than int32 counts. */
+PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
+/* Arrays as long as the points are many. */
+PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *points);
+
+/* Corners of the forms are numbered as in VTK and Gmsh, which agree on all of them but for the side from which the base
+ * of a wedge is seen. */
+typedef enum pdi_cell_form {
+    PDI_CELL_NONE = 0,
+    PDI_CELL_LINE,
+    PDI_CELL_TRIANGLE,
+    PDI_CELL_QUAD,
+    PDI_CELL_TETRAHEDRON,
+    PDI_CELL_HEXAHEDRON,
+    PDI_CELL_WEDGE,
+    PDI_CELL_PYRAMID
+} pdi_cell_form;
+
+/* Cells on their way to points. Zero it and set points, scale and extent. */
+typedef struct pdi_cells {
+    pd_points *points;
+    double scale;    /* [-] of lengths */
+    double extent;   /* [m] of the mesh, before scaling */
+    double level[3]; /* [m] coordinates of the first corner: those beyond PD_DIM are the same everywhere */
+    int started;
+    double sign;     /* [-] which way the cells of a surface or line turn; 0: not known. The reader clears it where
+                      * another surface begins */
+} pdi_cells;
+
+PDI_FN int pdi_points_corners(pdi_cell_form form);
+/* Append the cell of these corners [3] [m]. *fault: why it is refused, NULL when it is not. mirrored 1: a cell of
+ * negative volume is good. */
+PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
+                               int mirrored, int32_t tag, const char **fault);
+#endif
+
+#endif
+
+/* ======== >>io/msh.h ======== */
+/* msh: cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
+ *
+ * Cells of PD_DIM dimensions count (lines; triangles, quads; tetrahedra, hexahedra, wedges, pyramids), those of fewer
+ * are left out. The tag of a point is the physical group of its cell: the first one where there are several, without
+ * its sign; 0 where there is none.
+ */
+#ifndef PD_MSH_H
+#define PD_MSH_H
+
+#ifdef PDI_INTERNAL
+/* All cells of the text, whose lengths are times scale in metres. PD_ERR_PARSE with path:line: what the format does not
+ * allow, cells of higher order, folded or turned cells. */
+PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points);
+#endif
+
+#endif
+
+/* ======== >>io/vtu.h ======== */
+/* vtu: cells or points of VTK files of unstructured grids (XML) as points.
+ *
+ * Data may stand as text, as base64 in place, or appended (raw or base64), as it is or in blocks of zlib, in either
+ * byte order. Cells of PD_DIM dimensions count; a grid that has none gives its points, with the point data `volume`.
+ * The tag of a point is the first of the cell data (point data) tag, region, material and gmsh:physical that there is,
+ * else 0.
+ */
+#ifndef PD_VTU_H
+#define PD_VTU_H
+
+#ifdef PDI_INTERNAL
+/* All pieces of the grid, whose lengths are times scale in metres. PD_ERR_PARSE with path:line. */
+PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points);
+#endif
+
+#endif
+
+/* ======== >>io/mesh.h ======== */
+/* mesh: points of a body from a file: a table, or the cells of a mesh.
+ *
+ *   .csv   a table with a line of names: x, y, z (as many as there are dimensions), volume, and tag if there is one;
+ *          a unit in brackets behind a name and other columns are passed over
+ *   .msh   Gmsh 2.2 and 4.1 as text (msh.h)
+ *   .vtu   VTK XML of an unstructured grid (vtu.h)
+ *
+ * Other names: the first bytes decide. Cells become points at their centroids with their volumes. Coordinates beyond
+ * PD_DIM have to be the same everywhere.
+ */
+#ifndef PD_MESH_H
+#define PD_MESH_H
+
+#define pd_points_read PD_NAME(pd_points_read)
+
+/* Lengths of the file times scale are metres (1e-3: millimetres), and volumes times scale^d. At least one point is
+ * read. PD_ERR_ARGUMENT: scale is not positive. PD_ERR_FILE. PD_ERR_PARSE with path:line: what does not follow the
+ * format, a point or cell without positive volume, a cell that is folded or turned. */
+PD_API pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points);
+
+#endif
+
+/* ======== >>io/stl.h ======== */
+/* stl: closed surfaces from STL files, as text or binary. Their normals are not read: the corners have them. */
+#ifndef PD_STL_H
+#define PD_STL_H
+
+#define pd_facets_read PD_NAME(pd_facets_read)
+
+/* Lengths of the file times scale are metres; all is moved by shift[3] [m] (NULL: by nothing). PD_ERR_ARGUMENT: scale
+ * is not positive. PD_ERR_FILE. PD_ERR_PARSE: no STL file (path:line), or one that is cut off. Else as
+ * pd_facets_build. */
+PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets);
 
 #endif
 
@@ -6133,6 +6531,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_MONITORS 32 /* most monitors */
 #define PD_SETUP_NOTES 48 /* most notes */
 #define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_SURFACES 8 /* most surfaces of triangles */
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
@@ -6342,6 +6741,8 @@ typedef struct pd_setup {
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
+    pd_facets *surface[PD_SETUP_SURFACES]; /* that shapes borrow */
+    int surfaces;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* metal goes */
@@ -6463,6 +6864,8 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Free the measured points. */
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
+/* Room for a surface of triangles, all zero; the setup owns it. */
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */
@@ -6753,6 +7156,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *   [grid]       h = 5 um (one length or one for each axis)  m = 3  box = a .. b, c .. d  threads = 2
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
+ *                stl = file  scale  shift (3D) |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
  *                attack)|part  material = mg4ag|steel304|copper|alloy625
@@ -6880,16 +7284,18 @@ PDI_FN double pdi_wall_held(void *user, const double *x);
 typedef struct pd_grips {
     const pd_setup *setup;
     pd_structure *structure;
+    int rows[PD_SETUP_GRIPS];    /* of nodes beside a side that it holds */
     double area[PD_SETUP_GRIPS]; /* [m^(d-1)] of metal on a side at the start */
 } pd_grips;
 
 #ifdef PDI_INTERNAL
 /* Find what the grips of the setup hold, and say so in structure->held. PD_ERR_GEOMETRY: a grip that touches no metal.
  * All is borrowed. */
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
-/* A pd_load_fn; user is the pd_grips. A side moves its face: the row of nodes beside it is half a cell inside and moves
- * as the strain there says. A traction acts on the metal that the side had at the start: the load stays as metal goes.
- * PD_ERR_STATE: a value is not finite, or no metal is left to bear a traction. */
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
+/* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
+ * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts
+ * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
+ * too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
 /* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body, in the last balance. */
 PDI_FN void pdi_grip_reaction(const pd_grips *grips, int k, double *force);
@@ -8400,6 +8806,394 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>lattice/facets.c ======== */
+/* facets: see facets.h
+ *
+ * Sources: trees of boxes and the closest points of triangles as in Ericson 2005, ch. 5 and 6.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Most triangles of a box without children. */
+#define PDI_FACETS_LEAF 4
+/* Rounding of places, over the largest coordinate of the surface. */
+#define PDI_FACETS_ROUNDING 1e-14
+/* Least square of the double area of a triangle that has a plane, over the fourth power of its longest edge. */
+#define PDI_FACETS_SLIVER 1e-16
+/* Depth of the tree: boxes halve, and there are fewer than 2^31 triangles. */
+#define PDI_FACETS_DEPTH 64
+
+static void pdi_facets_list(pdi_owner *owner, void *object)
+{
+    pd_facets *facets = (pd_facets *)object;
+    PDI_ARRAY(owner, facets, corner, (int64_t)facets->count * 9, "m");
+    PDI_ARRAY(owner, facets, box, (int64_t)facets->count * 6, "m");
+    PDI_ARRAY(owner, facets, first, facets->count, "1");
+    PDI_ARRAY(owner, facets, size, facets->count, "1");
+    PDI_ARRAY(owner, facets, second, facets->count, "1");
+}
+
+PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
+{
+    pd_facets copy = *facets;
+    return pdi_owner_bytes(pdi_facets_list, &copy);
+}
+
+/* ---- is it closed? ---- */
+
+typedef struct pdi_facets_vertex {
+    double x[3];
+    int32_t at; /* of all corners */
+} pdi_facets_vertex;
+
+typedef struct pdi_facets_edge {
+    int32_t low, high; /* vertices */
+    int32_t at;        /* corner where it begins */
+    int32_t sense;     /* 1: from low to high */
+} pdi_facets_edge;
+
+static int pdi_facets_compare(const void *a, const void *b)
+{
+    const pdi_facets_vertex *p = (const pdi_facets_vertex *)a, *q = (const pdi_facets_vertex *)b;
+    for (int d = 0; d < 3; d++)
+        if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+static int pdi_facets_compare_edges(const void *a, const void *b)
+{
+    const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
+    if (p->low != q->low) return p->low < q->low ? -1 : 1;
+    if (p->high != q->high) return p->high < q->high ? -1 : 1;
+    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* Numbers of corners that are the same at the same places: vertex [3 count]. */
+static pd_status pdi_facets_weld(pd_ctx *ctx, const double *corner, int32_t count, int32_t *vertex)
+{
+    pdi_facets_vertex *list = NULL;
+    int32_t n = 3 * count, number = 0;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, list));
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; d < 3; d++) list[k].x[d] = corner[(int64_t)k * 3 + d];
+        list[k].at = k;
+    }
+    qsort(list, (size_t)n, sizeof *list, pdi_facets_compare);
+    for (int32_t k = 0; k < n; k++) {
+        for (int d = 0; k && d < 3; d++)
+            if (list[k].x[d] < list[k - 1].x[d] || list[k].x[d] > list[k - 1].x[d]) {
+                number = k;
+                break;
+            }
+        vertex[list[k].at] = number;
+    }
+    PDI_DELETE(ctx, n, list);
+    return PD_OK;
+}
+
+static pd_status pdi_facets_pairs(pd_ctx *ctx, const double *corner, const pdi_facets_edge *edge, int32_t count)
+{
+    for (int32_t k = 0, next; k < count; k = next) {
+        int32_t forth = 0;
+        for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++)
+            forth += edge[next].sense;
+        const double *x = corner + (int64_t)edge[k].at * 3;
+        int32_t other = edge[k].at % 3 < 2 ? edge[k].at + 1 : edge[k].at - 2;
+        const double *y = corner + (int64_t)other * 3;
+        if (next - k == 2 && forth == 1) continue;
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+                        "triangle%s, %d of them along it, expected two in opposite senses: the surface is not closed",
+                        x[0], x[1], x[2], y[0], y[1], y[2], (int)(next - k), next - k > 1 ? "s" : "",
+                        (int)(edge[k].sense ? forth : next - k - forth));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_facets_edges(pd_ctx *ctx, const double *corner, const int32_t *vertex, int32_t count)
+{
+    pdi_facets_edge *edge = NULL;
+    int32_t n = 3 * count;
+    PDI_TRY(PDI_NEW(ctx, "facets", n, edge));
+    for (int32_t k = 0; k < n; k++) {
+        int32_t from = vertex[k], to = vertex[k % 3 < 2 ? k + 1 : k - 2];
+        edge[k].low = from < to ? from : to;
+        edge[k].high = from < to ? to : from;
+        edge[k].sense = from < to;
+        edge[k].at = k;
+    }
+    qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
+    pd_status status = pdi_facets_pairs(ctx, corner, edge, n);
+    PDI_DELETE(ctx, n, edge);
+    return status;
+}
+
+static pd_status pdi_facets_closed(pd_ctx *ctx, const double *corner, int32_t count)
+{
+    int32_t *vertex = NULL;
+    PDI_TRY(PDI_NEW(ctx, "facets", 3 * count, vertex));
+    pd_status status = pdi_facets_weld(ctx, corner, count, vertex);
+    for (int32_t k = 0; k < count && status == PD_OK; k++) {
+        const int32_t *v = vertex + 3 * (int64_t)k;
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
+            status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "triangle %d of %d has two corners at one place, at "
+                              "(%.9g %.9g %.9g) m", (int)k + 1, (int)count, corner[9 * (int64_t)k],
+                              corner[9 * (int64_t)k + 1], corner[9 * (int64_t)k + 2]);
+    }
+    if (status == PD_OK) status = pdi_facets_edges(ctx, corner, vertex, count);
+    PDI_DELETE(ctx, 3 * count, vertex);
+    return status;
+}
+
+static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
+{
+    double volume = 0.0;
+    if (count < 4 || count > INT32_MAX / 9)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
+                        INT32_MAX / 9);
+    for (int64_t k = 0; k < 9 * count; k++)
+        if (!(fabs(corner[k]) < 1e30))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "triangle %d has the coordinate %g m, expected less than"
+                            " 1e30", (int)(k / 9) + 1, corner[k]);
+    PDI_TRY(pdi_facets_closed(ctx, corner, (int32_t)count));
+    for (int64_t k = 0; k < count; k++) { /* six times that over the first corner of all */
+        double e[3][3];
+        for (int p = 0; p < 3; p++)
+            for (int d = 0; d < 3; d++) e[p][d] = corner[9 * k + 3 * p + d] - corner[d];
+        for (int d = 0; d < 3; d++)
+            volume += e[0][d] * (e[1][(d + 1) % 3] * e[2][(d + 2) % 3] - e[1][(d + 2) % 3] * e[2][(d + 1) % 3]);
+    }
+    if (fabs(volume) > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)count);
+}
+
+/* ---- the tree ---- */
+
+typedef struct pdi_facets_key {
+    double middle; /* [m] along an axis */
+    int32_t at;
+} pdi_facets_key;
+
+static int pdi_facets_compare_keys(const void *a, const void *b)
+{
+    const pdi_facets_key *p = (const pdi_facets_key *)a, *q = (const pdi_facets_key *)b;
+    if (p->middle < q->middle || p->middle > q->middle) return p->middle < q->middle ? -1 : 1;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* The box of the triangles first .. first + size - 1 of `key`, and those below it. */
+static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key *key, int32_t first, int32_t size)
+{
+    int32_t own = f->boxes++;
+    double *box = f->box + 6 * (int64_t)own;
+    int axis = 0;
+    f->first[own] = first;
+    f->size[own] = size;
+    f->second[own] = 0;
+    for (int d = 0; d < 3; d++) {
+        box[d] = HUGE_VAL;
+        box[3 + d] = -HUGE_VAL;
+        for (int32_t k = first; k < first + size; k++)
+            for (int p = 0; p < 3; p++) {
+                double x = corner[9 * (int64_t)key[k].at + 3 * p + d];
+                box[d] = fmin(box[d], x);
+                box[3 + d] = fmax(box[3 + d], x);
+            }
+        if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
+    }
+    if (size <= PDI_FACETS_LEAF) return;
+    for (int32_t k = first; k < first + size; k++) {
+        const double *x = corner + 9 * (int64_t)key[k].at + axis;
+        key[k].middle = x[0] / 3.0 + x[3] / 3.0 + x[6] / 3.0;
+    }
+    qsort(key + first, (size_t)size, sizeof *key, pdi_facets_compare_keys);
+    pdi_facets_divide(f, corner, key, first, size / 2);
+    f->second[own] = f->boxes;
+    pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
+}
+
+static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
+{
+    pdi_facets_key *key = NULL;
+    PDI_TRY(pdi_facets_check(ctx, corner, count));
+    f->count = (int32_t)count;
+    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
+    PDI_TRY(PDI_NEW(ctx, "facets", count, key));
+    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
+    pdi_facets_divide(f, corner, key, 0, f->count);
+    for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
+        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
+    PDI_DELETE(ctx, count, key);
+    return PD_OK;
+}
+
+pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
+{
+    memset(facets, 0, sizeof *facets);
+    pd_status status = pdi_facets_make(ctx, corner, count, facets);
+    if (status < 0) pd_facets_free(ctx, facets);
+    return status;
+}
+
+void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
+{
+    pdi_owner_free(ctx, pdi_facets_list, facets);
+    memset(facets, 0, sizeof *facets);
+}
+
+/* ---- distance ---- */
+
+static double pdi_facets_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Square of the distance from x to the segment from a to b. */
+static double pdi_facets_segment(const double *a, const double *b, const double *x)
+{
+    double edge[3], off[3];
+    for (int d = 0; d < 3; d++) {
+        edge[d] = b[d] - a[d];
+        off[d] = x[d] - a[d];
+    }
+    double along = pdi_facets_dot(off, edge), whole = pdi_facets_dot(edge, edge);
+    double share = along > 0.0 ? along < whole ? along / whole : 1.0 : 0.0;
+    for (int d = 0; d < 3; d++) off[d] -= share * edge[d];
+    return pdi_facets_dot(off, off);
+}
+
+/* To the triangle: its plane where x is above it, else the edges that x is beyond. Slivers are edges alone. */
+static double pdi_facets_square(const double *corner, const double *x)
+{
+    double e[3][3], off[3], normal[3], longest = 0.0, best = HUGE_VAL;
+    for (int k = 0; k < 3; k++) {
+        for (int d = 0; d < 3; d++) e[k][d] = corner[(3 * k + 3) % 9 + d] - corner[3 * k + d];
+        double edge = pdi_facets_dot(e[k], e[k]);
+        longest = edge > longest ? edge : longest;
+    }
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        normal[d] = e[0][p] * e[1][q] - e[0][q] * e[1][p];
+        off[d] = x[d] - corner[d];
+    }
+    double area = pdi_facets_dot(normal, normal);
+    int plane = area > PDI_FACETS_SLIVER * longest * longest, beyond = 0;
+    for (int k = 0; k < 3; k++) {
+        const double *from = corner + 3 * k;
+        double side = 0.0;
+        for (int d = 0; d < 3; d++) {
+            int p = (d + 1) % 3, q = (d + 2) % 3;
+            side += (x[d] - from[d]) * (normal[p] * e[k][q] - normal[q] * e[k][p]);
+        }
+        if (plane && side >= 0.0) continue;
+        beyond = 1;
+        double square = pdi_facets_segment(from, corner + (3 * k + 3) % 9, x);
+        best = square < best ? square : best;
+    }
+    if (beyond) return best;
+    double height = pdi_facets_dot(normal, off);
+    return height * height / area;
+}
+
+/* Square of the distance from x to box k. */
+static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
+{
+    const double *box = f->box + 6 * (int64_t)k;
+    double square = 0.0;
+    for (int d = 0; d < 3; d++) {
+        double below = box[d] - x[d], above = x[d] - box[3 + d], off = below > above ? below : above;
+        square += off > 0.0 ? off * off : 0.0;
+    }
+    return square;
+}
+
+/* Square of the distance to the nearest triangle. Nearer children are looked at first. */
+static double pdi_facets_nearest(const pd_facets *f, const double *x)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    double far[PDI_FACETS_DEPTH], best = HUGE_VAL;
+    int depth = 1;
+    stack[0] = 0;
+    far[0] = 0.0;
+    while (depth) {
+        int32_t own = stack[--depth], second = f->second[own];
+        if (far[depth] >= best) continue;
+        if (second) {
+            double left = pdi_facets_beyond(f, own + 1, x), right = pdi_facets_beyond(f, second, x);
+            int swap = left < right;
+            stack[depth] = swap ? second : own + 1;
+            far[depth++] = swap ? right : left;
+            stack[depth] = swap ? own + 1 : second;
+            far[depth++] = swap ? left : right;
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++) {
+            double square = pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+            best = square < best ? square : best;
+        }
+    }
+    return best;
+}
+
+/* ---- inside or outside ---- */
+
+/* Does the edge from p to q pass the ray from x along axis 0 on its far side along axis 1? Both triangles at the edge
+ * get the same answer. */
+static int pdi_facets_passes(const double *p, const double *q, const double *x)
+{
+    if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
+    const double *low = p[2] < q[2] ? p : q, *high = p[2] < q[2] ? q : p;
+    if (x[1] < low[1] && x[1] < high[1]) return 1;
+    if (x[1] >= low[1] && x[1] >= high[1]) return 0;
+    return (high[1] - low[1]) * (x[2] - low[2]) - (high[2] - low[2]) * (x[1] - low[1]) > 0.0;
+}
+
+/* Does the ray from x up axis 0 meet the triangle? */
+static int pdi_facets_meets(const double *corner, const double *x)
+{
+    const double *a = corner, *b = corner + 3, *c = corner + 6;
+    if (!(pdi_facets_passes(a, b, x) ^ pdi_facets_passes(b, c, x) ^ pdi_facets_passes(c, a, x))) return 0;
+    double low = fmin(a[0], fmin(b[0], c[0])), high = fmax(a[0], fmax(b[0], c[0])), slope[3];
+    if (x[0] < low || x[0] >= high) return x[0] < low;
+    for (int d = 0; d < 3; d++) {
+        int p = (d + 1) % 3, q = (d + 2) % 3;
+        slope[d] = (b[p] - a[p]) * (c[q] - a[q]) - (b[q] - a[q]) * (c[p] - a[p]);
+    }
+    double height = slope[0] * (x[0] - a[0]) + slope[1] * (x[1] - a[1]) + slope[2] * (x[2] - a[2]);
+    return slope[0] > 0.0 ? height < 0.0 : height > 0.0;
+}
+
+static int pdi_facets_inside(const pd_facets *f, const double *x)
+{
+    int32_t stack[PDI_FACETS_DEPTH];
+    int depth = 1, odd = 0;
+    stack[0] = 0;
+    while (depth) {
+        int32_t own = stack[--depth];
+        const double *box = f->box + 6 * (int64_t)own;
+        if (x[0] >= box[3] || x[1] < box[1] || x[1] >= box[4] || x[2] < box[2] || x[2] >= box[5]) continue;
+        if (f->second[own]) {
+            stack[depth++] = own + 1;
+            stack[depth++] = f->second[own];
+            continue;
+        }
+        for (int32_t k = f->first[own]; k < f->first[own] + f->size[own]; k++)
+            odd ^= pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+    }
+    return odd;
+}
+
+PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
+{
+    double distance = sqrt(pdi_facets_nearest(f, x)), far = 0.0;
+    for (int d = 0; d < 6; d++) far = fmax(far, fabs(f->box[d]));
+    if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
+    return pdi_facets_inside(f, x) ? -distance : distance;
+}
+
+#undef PDI_FACETS_LEAF
+#undef PDI_FACETS_ROUNDING
+#undef PDI_FACETS_SLIVER
+#undef PDI_FACETS_DEPTH
+
 /* ======== >>lattice/shape.c ======== */
 /* shape: see shape.h
  *
@@ -8532,6 +9326,7 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
     case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
+    case PD_SHAPE_FACETS: return pdi_facets_distance(s->facets, x);
     case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
@@ -8649,6 +9444,10 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_CYLINDER: return pdi_shape_check_round(ctx, s, k, "cylinder");
     case PD_SHAPE_HALF_SPACE: return pdi_shape_check_half_space(ctx, s, k);
     case PD_SHAPE_VOXELS: return pdi_shape_check_voxels(ctx, s, k);
+    case PD_SHAPE_FACETS:
+        if (PD_DIM == 3 && s->facets && s->facets->count > 0) return PD_OK;
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
+                        "surface", k, PD_DIM, s->facets ? "" : "out");
     case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
     case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
     case PD_SHAPE_DIFFERENCE: return pdi_shape_check_children(ctx, shapes, k, "difference");
@@ -9684,6 +10483,9 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
         } else if (s->type == PD_SHAPE_VOXELS) {
             lo[d] = s->a[d];
             hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+        } else if (s->type == PD_SHAPE_FACETS) {
+            lo[d] = s->facets->box[d];
+            hi[d] = s->facets->box[3 + d];
         }
     }
     int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
@@ -22986,8 +23788,112 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O2")
+#pragma GCC optimize ("Og")
 #endif
+
+/* ======== >>solid/rim.c ======== */
+/* rim: see rim.h */
+#include <math.h>
+
+/* Rounding of places, over the radius. */
+#define PDI_RIM_ROUNDING 1e-9
+
+/* Square root of what rounding may make negative. */
+static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
+
+/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles
+ * come from the roots that lengths come from: their errors cancel. */
+static double pdi_rim_disc(double p, double q, double r)
+{
+    double square = r * r;
+    if (!(p * p + q * q < square)) return 0.0;
+    double along = pdi_rim_root(square - p * p), across = pdi_rim_root(square - q * q);
+    double angle = 0.5 * PDI_PI - atan2(p, along) - atan2(q, across);
+    return 0.5 * (square * angle - p * (along - q) - q * (across - p));
+}
+
+/* Integral of asin(a/sqrt(1 - t^2)) over t from 0 to z, with rest^2 = 1 - a^2 - z^2. */
+static double pdi_rim_angle(double a, double z, double rest)
+{
+    return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
+}
+
+/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the
+ * piece of the sphere and the three plane faces. */
+static double pdi_rim_ball(double a, double b, double c)
+{
+    double rest = 1.0 - a * a - b * b;
+    if (!(rest > c * c)) return 0.0;
+    double top = sqrt(rest), sphere = 0.5 * PDI_PI * (top - c);
+    sphere -= pdi_rim_angle(a, top, b) - pdi_rim_angle(a, c, pdi_rim_root(1.0 - a * a - c * c));
+    sphere -= pdi_rim_angle(b, top, a) - pdi_rim_angle(b, c, pdi_rim_root(1.0 - b * b - c * c));
+    return (sphere - a * pdi_rim_disc(b, c, pdi_rim_root(1.0 - a * a)) -
+            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) -
+            c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
+}
+
+/* The volume beyond a corner, in any dimension. */
+static double pdi_rim_beyond(const double *corner)
+{
+    if (PD_DIM == 1) return corner[0] < 1.0 ? 1.0 - corner[0] : 0.0;
+    if (PD_DIM == 2) return pdi_rim_disc(corner[0], corner[PD_DIM - 1], 1.0);
+    return pdi_rim_ball(corner[0], corner[PD_DIM / 2], corner[PD_DIM - 1]);
+}
+
+/* Volume of the ball of radius 1 in the box from lo >= 0 to hi. */
+static double pdi_rim_box(const double *lo, const double *hi)
+{
+    double sum = 0.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double corner[PD_DIM], sign = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            corner[d] = k >> d & 1 ? hi[d] : lo[d];
+            sign = k >> d & 1 ? -sign : sign;
+        }
+        sum += sign * pdi_rim_beyond(corner);
+    }
+    return sum;
+}
+
+PDI_FN int pdi_rim_meets(const double *xi, double size, double r)
+{
+    double near = 0.0, inner = r * (1.0 - PDI_RIM_ROUNDING);
+    for (int d = 0; d < PD_DIM; d++) {
+        double gap = fabs(xi[d]) - 0.5 * size;
+        near += gap > 0.0 ? gap * gap : 0.0;
+    }
+    return near < inner * inner;
+}
+
+PDI_FN double pdi_rim_part(const double *xi, double size, double r)
+{
+    double lo[2][PD_DIM], hi[2][PD_DIM], far = 0.0, sum = 0.0, whole = 1.0;
+    if (!pdi_rim_meets(xi, size, r)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) { /* in radii; what lies beyond 0 is mirrored */
+        double at = fabs(xi[d]) / r, half = 0.5 * size / r;
+        lo[0][d] = at > half ? at - half : 0.0;
+        hi[0][d] = at + half;
+        lo[1][d] = 0.0;
+        hi[1][d] = at < half ? half - at : 0.0;
+        far += hi[0][d] * hi[0][d];
+        whole *= 2.0 * half;
+    }
+    if (far <= 1.0) return 1.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double from[PD_DIM], to[PD_DIM];
+        int empty = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            from[d] = lo[k >> d & 1][d];
+            to[d] = hi[k >> d & 1][d];
+            empty = empty || !(to[d] > from[d]);
+        }
+        if (!empty) sum += pdi_rim_box(from, to);
+    }
+    double part = sum / whole;
+    return part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+}
+
+#undef PDI_RIM_ROUNDING
 
 /* ======== >>solid/body.c ======== */
 /* body: see body.h */
@@ -22997,6 +23903,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 /* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
 #define PDI_BODY_ROUNDING 1e-9
+/* Parts of cells are kept for horizons of fewer spacings. */
+#define PDI_BODY_KEPT 30
 
 /* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
 typedef struct pdi_body_cells {
@@ -23029,6 +23937,9 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
     PDI_ARRAY(owner, body, volume, body->count, "m^d");
     PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+    int64_t parts = 1;
+    for (int d = 0; d < PD_DIM; d++) parts *= body->cells;
+    PDI_ARRAY(owner, body, part, parts, "1");
 }
 
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
@@ -23046,9 +23957,10 @@ static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
     PDI_DELETE(ctx, points, c->at);
 }
 
-/* Length of the longest bond [m]. */
+/* Length of the longest bond [m], or more. */
 static double pdi_body_reach(const pd_body *body)
 {
+    if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
@@ -23130,6 +24042,14 @@ static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cel
     return PD_OK;
 }
 
+/* Is a point at xi [m] of the square length in the family? */
+static int pdi_body_belongs(const pd_body *body, const double *xi, double square, double reach)
+{
+    if (square > reach * reach) return 0;
+    if (body->rim == PD_RIM_EXACT) return pdi_rim_meets(xi, body->spacing, body->horizon);
+    return !(body->spacing > 0.0) || sqrt(square) < reach;
+}
+
 /* The family of point i as ranks, into `to` where that is not NULL; how many. */
 static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
 {
@@ -23148,12 +24068,12 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
         if (!inside) continue;
         for (int32_t p = c->first[cell]; p < c->first[cell + 1]; p++) {
             int32_t j = c->point[p];
-            double square = 0.0;
+            double xi[PD_DIM], square = 0.0;
             for (int d = 0; d < PD_DIM; d++) {
-                double xi = body->position[(int64_t)j * PD_DIM + d] - x[d];
-                square += xi * xi;
+                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                square += xi[d] * xi[d];
             }
-            if (j == i || square > reach * reach || (body->spacing > 0.0 && !(sqrt(square) < reach))) continue;
+            if (j == i || !pdi_body_belongs(body, xi, square, reach)) continue;
             if (to) to[found] = c->rank[j];
             found++;
         }
@@ -23186,10 +24106,40 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     return PD_OK;
 }
 
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r)
+/* Parts of the cells of a lattice. */
+static void pdi_body_parts(pd_body *body)
 {
-    double inside = body->horizon + 0.5 * body->spacing - r;
+    int64_t all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= body->cells;
+    for (int64_t k = 0; k < all; k++) {
+        double xi[PD_DIM];
+        int64_t rest = k;
+        for (int d = 0; d < PD_DIM; d++, rest /= body->cells) xi[d] = (double)(rest % body->cells) * body->spacing;
+        body->part[k] = pdi_rim_part(xi, body->spacing, body->horizon);
+    }
+}
+
+/* The part of the cell at xi: that of the place of the lattice which it is at, or its own. */
+static double pdi_body_exact(const pd_body *body, const double *xi)
+{
+    int64_t place = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double at = fabs(xi[d]) / body->spacing, near = floor(at + 0.5);
+        if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->cells))
+            return pdi_rim_part(xi, body->spacing, body->horizon);
+        place = place * body->cells + (int64_t)near;
+    }
+    return body->part[place];
+}
+
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
+    double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
     double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    if (body->rim == PD_RIM_EXACT) part = pdi_body_exact(body, xi);
+    else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
     if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
     return part;
@@ -23238,6 +24188,9 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
+    if (desc->rim != PD_RIM_LINEAR && (desc->rim != PD_RIM_EXACT || !(desc->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "rim %d with a spacing of %g m, expected one of pd_rim, and a"
+                        " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
@@ -23260,7 +24213,11 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
+    body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
+    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
+        body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
+    if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
     pdi_body_divide(body, cells);
@@ -23287,6 +24244,285 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+#undef PDI_BODY_KEPT
+
+/* ======== >>solid/cut.c ======== */
+/* cut: see cut.h */
+#include <math.h>
+#include <string.h>
+
+/* Rounding of places, over the horizon, and over the largest coordinate. */
+#define PDI_CUT_ROUNDING 1e-9
+#define PDI_CUT_DIGITS 3.6e-15
+/* Corners off the plane of a polygon, corners outside of its edges, and its least area, over its size. */
+#define PDI_CUT_FLAT 1e-6
+
+/* A cut with its plane. Corner k is corner (first + k way) of the caller, so that his order does not matter. */
+typedef struct pdi_cut_plane {
+    const pd_cut *cut;
+    int first, way;
+    double normal[PD_DIM]; /* [-] towards the upper side */
+    double turn;           /* [-] 1: corners go around the normal; -1: against it */
+    double lo[PD_DIM], hi[PD_DIM], size; /* [m] */
+    double slack;                        /* [m] distances that count as none */
+} pdi_cut_plane;
+
+/* A length above those of all bonds [m]. */
+static double pdi_cut_reach(const pd_body *body) { return 1.001 * body->horizon + body->spacing; }
+
+static const double *pdi_cut_corner(const pdi_cut_plane *p, int k)
+{
+    int n = p->cut->corners;
+    return p->cut->corner + (int64_t)((p->first + (int64_t)k * p->way) % n) * PD_DIM;
+}
+
+static void pdi_cut_less(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < PD_DIM; d++) c[d] = a[d] - b[d];
+}
+
+/* c += a x b, of 3D. */
+static void pdi_cut_cross(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM, f = (d + 2) % PD_DIM;
+        c[d] += a[e] * b[f] - a[f] * b[e];
+    }
+}
+
+static int pdi_cut_compare(const double *a, const double *b)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (a[d] < b[d] || a[d] > b[d]) return a[d] < b[d] ? -1 : 1;
+    return 0;
+}
+
+/* The first corner is the least of all, and the second one the lesser of its neighbours. */
+static void pdi_cut_order(pdi_cut_plane *p)
+{
+    const double *x = p->cut->corner;
+    int n = p->cut->corners;
+    p->first = 0;
+    for (int k = 1; k < n; k++)
+        if (pdi_cut_compare(x + (int64_t)k * PD_DIM, x + (int64_t)p->first * PD_DIM) < 0) p->first = k;
+    int next = (p->first + 1) % n, last = (p->first + n - 1) % n;
+    p->way = pdi_cut_compare(x + (int64_t)next * PD_DIM, x + (int64_t)last * PD_DIM) <= 0 ? 1 : n - 1;
+}
+
+/* Distance [m] of place x from edge k of a polygon in its plane, or from end k of a segment along it; negative outside.
+ * -HUGE_VAL: the edge has no length. */
+static double pdi_cut_inside(const pdi_cut_plane *p, int k, const double *x)
+{
+    const double *from = pdi_cut_corner(p, k);
+    double edge[PD_DIM], off[PD_DIM], in[PD_DIM] = {0.0};
+    pdi_cut_less(pdi_cut_corner(p, k + 1), from, edge);
+    pdi_cut_less(x, from, off);
+    double length = pdi_vec_norm(edge);
+    if (!(length > 0.0)) return -HUGE_VAL;
+    if (PD_DIM < 3) return pdi_vec_dot(off, edge) / length;
+    pdi_cut_cross(p->normal, edge, in);
+    return p->turn * pdi_vec_dot(off, in) / length;
+}
+
+/* Height [m] of place x over the plane; 0 on it. */
+static double pdi_cut_height(const pdi_cut_plane *p, const double *x)
+{
+    double off[PD_DIM];
+    pdi_cut_less(x, pdi_cut_corner(p, 0), off);
+    double height = pdi_vec_dot(p->normal, off);
+    return fabs(height) > p->slack ? height : 0.0;
+}
+
+/* Does the bond between two places cross the cut? Their heights are below 0 and at least 0. */
+static int pdi_cut_crosses(const pdi_cut_plane *p, const double *lower, double below, const double *upper, double above)
+{
+    double place[PD_DIM], share = above / (above - below);
+    for (int d = 0; d < PD_DIM; d++) place[d] = upper[d] + (lower[d] - upper[d]) * share;
+    for (int k = 0; PD_DIM > 1 && k < p->cut->corners; k++)
+        if (pdi_cut_inside(p, k, place) < -p->slack) return 0;
+    return 1;
+}
+
+/* ---- cuts that make sense ---- */
+
+static pd_status pdi_cut_refuse(pd_ctx *ctx, int index, const pd_cut *cut, const char *text)
+{
+    const double *x = cut->corner;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
+                    cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
+}
+
+/* Extent of the cut. 0: a corner is not finite. */
+static int pdi_cut_extent(pdi_cut_plane *p)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        p->lo[d] = HUGE_VAL;
+        p->hi[d] = -HUGE_VAL;
+        for (int k = 0; k < p->cut->corners; k++) {
+            double x = p->cut->corner[(int64_t)k * PD_DIM + d];
+            if (!(fabs(x) < 1e100)) return 0;
+            p->lo[d] = fmin(p->lo[d], x);
+            p->hi[d] = fmax(p->hi[d], x);
+        }
+        square += (p->hi[d] - p->lo[d]) * (p->hi[d] - p->lo[d]);
+    }
+    p->size = sqrt(square);
+    return 1;
+}
+
+/* The normal, of unit length, up the last axis along which it has a part. 0: there is none. */
+static int pdi_cut_normal(pdi_cut_plane *p)
+{
+    double edge[PD_DIM], next[PD_DIM], sum[PD_DIM] = {0.0};
+    for (int d = 0; d < PD_DIM; d++) p->normal[d] = 1.0;
+    p->turn = 1.0;
+    if (PD_DIM == 1) return 1;
+    if (!(p->size > 0.0)) return 0;
+    for (int k = 1; k < p->cut->corners; k++) { /* in sizes of the cut, of which squares have no overflow */
+        pdi_cut_less(pdi_cut_corner(p, k), pdi_cut_corner(p, 0), edge);
+        pdi_cut_less(pdi_cut_corner(p, k + 1), pdi_cut_corner(p, 0), next);
+        for (int d = 0; d < PD_DIM; d++) edge[d] /= p->size, next[d] /= p->size;
+        if (PD_DIM == 3) pdi_cut_cross(edge, next, sum);
+        else
+            for (int d = 0; d < PD_DIM; d++) sum[d] = d ? edge[0] : -edge[PD_DIM - 1];
+    }
+    double length = pdi_vec_norm(sum), largest = 0.0;
+    if (!(length > PDI_CUT_FLAT)) return 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(sum[d]) > PDI_CUT_FLAT * length) largest = sum[d];
+    p->turn = largest > 0.0 ? 1.0 : -1.0;
+    for (int d = 0; d < PD_DIM; d++) p->normal[d] = p->turn * sum[d] / length;
+    return 1;
+}
+
+static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double slack, double far, pdi_cut_plane *p)
+{
+    memset(p, 0, sizeof *p);
+    p->cut = cut;
+    if (!cut->corner || (PD_DIM < 3 ? cut->corners != PD_DIM : cut->corners < 3))
+        return pdi_cut_refuse(ctx, index, cut, PD_DIM == 1   ? "expected 1, the place"
+                                               : PD_DIM == 2 ? "expected 2, the ends of a segment"
+                                                             : "expected at least 3, of a polygon");
+    if (!pdi_cut_extent(p)) return pdi_cut_refuse(ctx, index, cut, "expected finite corners");
+    pdi_cut_order(p);
+    if (!pdi_cut_normal(p))
+        return pdi_cut_refuse(ctx, index, cut, PD_DIM == 2 ? "a segment without length" : "a polygon without area");
+    for (int d = 0; d < PD_DIM; d++) far = fmax(far, fmax(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->slack = fmax(slack, PDI_CUT_DIGITS * far);
+    if (PD_DIM == 2 && !(p->size > p->slack)) return pdi_cut_refuse(ctx, index, cut, "a segment without length");
+    for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
+        double off[PD_DIM];
+        pdi_cut_less(pdi_cut_corner(p, k), pdi_cut_corner(p, 0), off);
+        if (fabs(pdi_vec_dot(p->normal, off)) > PDI_CUT_FLAT * p->size)
+            return pdi_cut_refuse(ctx, index, cut, "the corners do not lie in a plane");
+        for (int e = 0; e < cut->corners; e++)
+            if (pdi_cut_inside(p, e, pdi_cut_corner(p, k)) < -PDI_CUT_FLAT * p->size)
+                return pdi_cut_refuse(ctx, index, cut, "not convex, or two corners at one place");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count, pdi_cut_plane *planes)
+{
+    double far = 0.0, reach = pdi_cut_reach(body);
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int c = 0; c < count; c++) {
+        PDI_TRY(pdi_cut_check(ctx, &cuts[c], c, PDI_CUT_ROUNDING * body->horizon, far, &planes[c]));
+        for (int d = 0; d < PD_DIM; d++) {
+            planes[c].lo[d] -= reach + planes[c].slack;
+            planes[c].hi[d] += reach + planes[c].slack;
+        }
+    }
+    return PD_OK;
+}
+
+/* ---- bonds ---- */
+
+/* Break what cut p crosses among the bonds of point i; how many were intact. */
+static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    int64_t found = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
+    double own = pdi_cut_height(p, x);
+    if (fabs(own) > pdi_cut_reach(body)) return 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        const double *y = body->position + (int64_t)body->column[b] * PD_DIM;
+        if (body->broken[b]) continue;
+        double other = pdi_cut_height(p, y);
+        if ((own < 0.0) == (other < 0.0)) continue;
+        if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
+        body->broken[b] = 1;
+        found++;
+    }
+    return found;
+}
+
+/* Whole families in parts, so that their counts have places to go to. */
+static int64_t pdi_cut_bonds(const pd_ctx *ctx, pd_body *body, const pdi_cut_plane *planes, int count)
+{
+    enum { parts = 256 };
+    int64_t found[parts], all = 0, points = body->count;
+    int nt = pdi_par_threads(ctx, points * count * 4 + body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        found[q] = 0;
+        for (int64_t i = points * q / parts; i < points * (q + 1) / parts; i++)
+            for (int c = 0; c < count; c++) found[q] += pdi_cut_family(body, &planes[c], (int32_t)i);
+    }
+    for (int q = 0; q < parts; q++) all += found[q];
+    return all / 2;
+}
+
+pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken)
+{
+    pdi_cut_plane *planes = NULL;
+    if (broken) *broken = 0;
+    if (count < 0 || (count && !cuts))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "%d cuts, expected a list of none or more", count);
+    PDI_TRY(PDI_NEW(ctx, "cut", count, planes));
+    pd_status status = pdi_cut_prepare(ctx, body, cuts, count, planes);
+    if (status == PD_OK) {
+        int64_t all = pdi_cut_bonds(ctx, body, planes, count);
+        if (broken) *broken = all;
+    }
+    PDI_DELETE(ctx, count, planes);
+    return status;
+}
+
+void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
+{
+    int nt = pdi_par_threads(ctx, body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double all = 0.0, lost = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double volume = body->volume[body->column[b]];
+            all += volume;
+            lost += body->broken[b] ? volume : 0.0;
+        }
+        damage[i] = all > 0.0 ? lost / all : 0.0;
+    }
+}
+
+#undef PDI_CUT_ROUNDING
+#undef PDI_CUT_DIGITS
+#undef PDI_CUT_FLAT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
 
 /* ======== >>solid/plastic.c ======== */
 /* plastic: see plastic.h */
@@ -23518,8 +24754,7 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        double r = sqrt(pdi_elastic_dot(xi, xi));
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
     }
 }
 
@@ -24008,20 +25243,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
-typedef struct pdi_equilibrium {
-    pd_ctx *ctx;
-    const pd_solid *solid;
-    const pd_equilibrium_desc *desc;
-    const double *load;
-    int64_t n;     /* components of all points */
-    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
-    double *rest;  /* [n] [N] */
-    double *step;  /* [n] [m] */
-    double *trial; /* [n] [m] of materials that are not linear */
-    pd_krylov krylov;
-} pdi_equilibrium;
-
-static void pdi_equilibrium_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
@@ -24029,8 +25251,6 @@ static void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
 }
-
-static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
 
 /* y = -V df of what is free, along x. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
@@ -24041,12 +25261,12 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* What is not in balance at u, into rest [N]. Returns its norm. */
-static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
 {
     const double *volume = q->solid->body->volume;
     double sum = 0.0;
-    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
+    if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
         double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
         q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
@@ -24056,7 +25276,7 @@ static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
     return PD_OK;
 }
 
-static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
+PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
@@ -24068,8 +25288,7 @@ static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         }
 }
 
-/* Inverse blocks. Components that are held are left out. */
-static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 {
     int32_t count = q->solid->body->count;
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
@@ -24218,14 +25437,28 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     return norm > target ? PD_RETRY : PD_OK;
 }
 
-/* Memory, and what can be refused. */
-static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
-    pd_krylov_desc kd;
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
     if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status == PD_RETRY)
+        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+                        "state of the %s material: take shorter steps", q->solid->name);
+    if (status < 0) return status;
+    q->size = pdi_equilibrium_size(q, u);
+    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    return pdi_equilibrium_rest(q, u, norm);
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    pd_krylov_desc kd;
+    pd_status status;
+    PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
@@ -24233,21 +25466,7 @@ static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
     kd.zero_guess = 1;
     kd.rtol = 1e-15;
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    return pdi_krylov_build(q->ctx, &kd, &q->krylov);
-}
-
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
-{
-    double norm, size, target;
-    PDI_TRY(pdi_equilibrium_prepare(q, u));
-    pd_status status = pdi_equilibrium_rest(q, u, &norm);
-    if (status == PD_RETRY)
-        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
-                        "state of the %s material: take shorter steps", q->solid->name);
-    if (status < 0) return status;
-    size = pdi_equilibrium_size(q, u);
-    PDI_TRY(pdi_equilibrium_rest(q, u, &norm));
-    target = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
     if (q->solid->linear) {
         pdi_equilibrium_blocks(q);
         status = pdi_equilibrium_linear(q, target, result);
@@ -24260,7 +25479,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
                         "their moments");
-    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
 
@@ -24285,6 +25504,17 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_BEYOND
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>solid/quasi_static.c ======== */
 /* quasi_static: see quasi_static.h */
@@ -24296,9 +25526,11 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 /* Bonds whose stretches differ by this share break together: mirror images do. */
 #define PDI_QUASI_STATIC_TIE 1e-9
 /* Displacements and loads are new when they change by more than this share of the largest. */
-#define PDI_QUASI_STATIC_NEW 1e-9
+#define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
-#define PDI_QUASI_STATIC_AGAIN 12
+#define PDI_QUASI_STATIC_AGAIN 60
+/* Least part of its way that what is held moves in a round, and one over the most. */
+#define PDI_QUASI_STATIC_RELAX 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -24309,6 +25541,7 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
     PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, asked, 2 * quasi_static->n, "m");
     PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
     PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
     PDI_VALUE(owner, quasi_static, time, "s");
@@ -24363,18 +25596,17 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
- * no loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+/* The loads, and what is held, those parts of the way from the start of the step to time t. What has come off has no
+ * loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part, double move)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
     for (int64_t k = 0; k < q->n; k++) {
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
-        if (!(part < 1.0)) continue;
-        q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
+        if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + move * (q->u[k] - *start);
     }
     return PD_OK;
 }
@@ -24453,15 +25685,10 @@ static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int6
 {
     const pd_body *body = q->solid.body;
     const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[d] - own[d];
-        square += xi[d] * xi[d];
-        more += eta * (2.0 * xi[d] + eta);
-    }
-    double r = sqrt(square);
-    return more / (r * (sqrt(square + more) + r));
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_body_strain(xi, eta, y, &r, &length);
 }
 
 /* Breaks the bonds of this round; how many. */
@@ -24529,7 +25756,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
     while (done < 1.0) {
         pdi_quasi_static_keep(q);
-        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part, (done + part) * q->relax));
         pd_status status = pdi_quasi_static_settle(ctx, q, t);
         if (status < 0) return status;
         if (status != PD_RETRY) {
@@ -24555,14 +25782,31 @@ static int pdi_quasi_static_others(const pd_ctx *ctx, int64_t n, const double *a
     return 0;
 }
 
+/* What is held may depend on the balance: the part of its way that it moves next follows from what it asked for before
+ * and after the last move (Aitken; Kuettler and Wall 2008). */
+static void pdi_quasi_static_relax(pd_quasi_static *q, int again)
+{
+    double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
+    for (int64_t k = 0; k < q->n; k++) {
+        double change = now[k] - was[k];
+        along += was[k] * change;
+        square += change * change;
+    }
+    q->relax = again && square > 0.0 ? -q->relax * along / square : 1.0;
+    if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
+    if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
+    memcpy(was, now, (size_t)q->n * sizeof *was);
+}
+
 /* 1: what is held at t, and its loads, are not those of the last balance. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
 {
     memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0, 1.0));
     *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
                pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
+    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - q->start[k] : 0.0;
     memcpy(q->u, q->start, (size_t)q->n * sizeof *q->u);
     memcpy(q->load, q->start + q->n, (size_t)q->n * sizeof *q->load);
     return PD_OK;
@@ -24575,11 +25819,15 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
     if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
+        pdi_quasi_static_relax(q, again);
         if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
         if (status < 0) return status;
         q->known = 1;
         stale = 0;
     }
+    if (differs && status == PD_OK)
+        return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and "
+                        "does not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
     q->time = t;
     return status;
 }
@@ -24615,7 +25863,390 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_TIE
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
+#undef PDI_QUASI_STATIC_RELAX
 #undef PDI_QUASI_STATIC_HALVINGS
+
+/* ======== >>solid/relaxation.c ======== */
+/* relaxation: see relaxation.h */
+#include <math.h>
+#include <string.h>
+
+/* Mass over the block of a point as it begins. The quotient of stiffness and mass of springs is at most 2 over it, and
+ * that of a stable step 4 (theory: eq. 8.12). */
+#define PDI_RELAXATION_MASS 0.6
+/* The quotient beyond which a step is not safe, and by how much more the mass grows than that asks for. */
+#define PDI_RELAXATION_SAFE 3.8
+#define PDI_RELAXATION_MORE 1.2
+/* By how much the mass grows when displacements are no state of the material, and how often it may. */
+#define PDI_RELAXATION_HEAVIER 4.0
+#define PDI_RELAXATION_TIMES 60
+/* Most damping of a step of length 1: at 2 nothing would be left of the velocities. */
+#define PDI_RELAXATION_DAMPING 1.9
+#define PDI_RELAXATION_STEPS 100000
+/* A displacement over the horizon that counts as one of a body that moves without end. */
+#define PDI_RELAXATION_FAR 1e6
+
+/* The fictitious motion. */
+typedef struct pdi_relaxation {
+    pdi_equilibrium rest;
+    double mass;      /* [-] over the blocks */
+    double damping;   /* [-] */
+    double *momentum; /* [n] [N] */
+} pdi_relaxation;
+
+static void pdi_relaxation_list(pdi_owner *owner, void *object)
+{
+    pdi_relaxation *relaxation = (pdi_relaxation *)object;
+    PDI_ARRAY(owner, relaxation, momentum, relaxation->rest.n, "N");
+}
+
+/* From rest at u, with more mass. */
+static pd_status pdi_relaxation_start(pdi_relaxation *r, const double *u, double *norm)
+{
+    pd_status status = pdi_equilibrium_rest(&r->rest, u, norm);
+    if (status != PD_OK) return status;
+    pdi_equilibrium_blocks(&r->rest);
+    pdi_par_zero(r->rest.ctx, r->rest.n, r->momentum);
+    r->damping = 0.0;
+    return PD_OK;
+}
+
+/* A step of length 1 (theory: eq. 8.12). *quotient: of stiffness and mass, along the step. */
+static pd_status pdi_relaxation_step(pdi_relaxation *r, double *u, double *norm, double *quotient)
+{
+    pdi_equilibrium *q = &r->rest;
+    double keep = (2.0 - r->damping) / (2.0 + r->damping), push = 2.0 / (2.0 + r->damping);
+    for (int64_t k = 0; k < q->n; k++) r->momentum[k] = keep * r->momentum[k] + push * q->rest[k];
+    pdi_equilibrium_precondition(q, r->momentum, q->step);
+    for (int64_t k = 0; k < q->n; k++) q->step[k] /= r->mass;
+    double before = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    pdi_par_axpy(q->ctx, q->n, 1.0, q->step, u);
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status != PD_OK) return status;
+    double inertia = pdi_par_dot(q->ctx, q->n, r->momentum, q->step);
+    double after = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    *quotient = inertia > 0.0 ? (before - after) / inertia : 0.0;
+    return PD_OK;
+}
+
+static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target, double norm,
+                                    pd_equilibrium_result *result)
+{
+    pdi_equilibrium *q = &r->rest;
+    int most = q->desc->max_iterations > 0 ? q->desc->max_iterations : PDI_RELAXATION_STEPS;
+    pd_status status = pdi_relaxation_start(r, u, &norm);
+    while (status == PD_OK && norm > target) {
+        double quotient = 0.0;
+        if (result->iterations == most) return PD_NOT_CONVERGED;
+        result->iterations++;
+        status = pdi_relaxation_step(r, u, &norm, &quotient);
+        if (status < 0) return status;
+        result->residual = norm;
+        if (status == PD_OK && quotient <= PDI_RELAXATION_SAFE) {
+            if (quotient > 0.0) r->damping = fmin(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
+            if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_RELAXATION_FAR * q->solid->body->horizon))
+                return PD_ERR_DIVERGED;
+            continue;
+        }
+        if (++result->steps > PDI_RELAXATION_TIMES) return PD_RETRY;
+        pdi_par_axpy(q->ctx, q->n, -1.0, q->step, u);
+        r->mass *= status == PD_OK ? PDI_RELAXATION_MORE * quotient / PDI_RELAXATION_SAFE : PDI_RELAXATION_HEAVIER;
+        status = pdi_relaxation_start(r, u, &norm);
+    }
+    result->residual = norm;
+    return status;
+}
+
+static pd_status pdi_relaxation_solve(pdi_relaxation *r, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    PDI_TRY(pdi_equilibrium_begin(&r->rest, u, &norm, &target));
+    PDI_TRY(pdi_owner_build(r->rest.ctx, pdi_relaxation_list, r));
+    pd_status status = pdi_relaxation_run(r, u, target, norm, result);
+    result->residual = r->rest.size > 0.0 ? result->residual / r->rest.size : 0.0;
+    if (status != PD_ERR_DIVERGED) return status;
+    return pdi_fail(r->rest.ctx, status, "relaxation", "the body moves without end after %d steps: its loads turn it, "
+                    "or it has no stiffness against them", result->iterations);
+}
+
+pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
+                              double *u, pd_equilibrium_result *result)
+{
+    pdi_relaxation r;
+    memset(&r, 0, sizeof r);
+    memset(result, 0, sizeof *result);
+    r.rest.ctx = ctx;
+    r.rest.solid = solid;
+    r.rest.desc = desc;
+    r.rest.load = load;
+    r.rest.n = (int64_t)solid->body->count * PD_DIM;
+    r.mass = PDI_RELAXATION_MASS;
+    pd_status status = pdi_relaxation_solve(&r, u, result);
+    pdi_owner_free(ctx, pdi_relaxation_list, &r);
+    pdi_owner_free(ctx, pdi_equilibrium_list, &r.rest);
+    return status;
+}
+
+#undef PDI_RELAXATION_MASS
+#undef PDI_RELAXATION_SAFE
+#undef PDI_RELAXATION_MORE
+#undef PDI_RELAXATION_HEAVIER
+#undef PDI_RELAXATION_TIMES
+#undef PDI_RELAXATION_DAMPING
+#undef PDI_RELAXATION_STEPS
+#undef PDI_RELAXATION_FAR
+
+/* ======== >>solid/crack.c ======== */
+/* crack: see crack.h */
+#include <math.h>
+#include <string.h>
+
+/* Share of the bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which
+ * for points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
+#define PDI_CRACK_SHARE 0.15
+/* Points that are as far as the farthest one, over the horizon. */
+#define PDI_CRACK_ROUNDING 1e-9
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_CRACK_FLAT 1e-6
+/* Sum of the slopes of q along the crack, over the sum of their sizes, that surfaces across the crack would leave. */
+#define PDI_CRACK_OPEN 0.05
+
+enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
+
+/* Fields of the points about a tip. */
+typedef struct pdi_crack {
+    const pd_solid *solid;
+    pd_crack_desc desc; /* way and front of length 1 */
+    int64_t count;
+    double *q;        /* [count] [-] */
+    double *slope;    /* [count][PD_DIM] [1/m] of q */
+    double *gradient; /* [count][PD_DIM^2] [-] of u, by correspondence */
+    double *force;    /* [count][PD_DIM] [N/m3] */
+    double *stress;   /* [count][PD_DIM^2] [Pa] of materials without bonds that pull */
+    double *density;  /* [count] [J/m3] */
+} pdi_crack;
+
+static void pdi_crack_list(pdi_owner *owner, void *object)
+{
+    pdi_crack *crack = (pdi_crack *)object;
+    PDI_ARRAY(owner, crack, q, crack->count, "1");
+    PDI_ARRAY(owner, crack, slope, crack->count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
+    PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
+    PDI_ARRAY(owner, crack, density, crack->count, "J/m3");
+}
+
+/* Scale to length 1. 0: it has none. */
+static int pdi_crack_unit(double *x)
+{
+    double length = pdi_vec_norm(x);
+    if (!(length > 0.0) || !(length < 1e100)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] /= length;
+    return 1;
+}
+
+static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
+{
+    pd_crack_desc *desc = &c->desc;
+    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_unit(desc->way);
+    for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->tip[d]) < 1e100;
+    if (PD_DIM == 3)
+        good = good && pdi_crack_unit(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
+               desc->thickness > 0.0 && desc->thickness < 1e100;
+    if (!good)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
+                        "an outer radius beyond the inner one", desc->inner, desc->outer,
+                        PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
+    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !(c->solid->linear || c->solid->density))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "neither the bonds of the %s material nor its stress and energy "
+                        "density are known", c->solid->name);
+    return PD_OK;
+}
+
+/* q and its slope: q falls from 1 to 0 by a polynomial with two derivatives at both ends. */
+static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
+{
+    const double *x = c->solid->body->position + i * PD_DIM;
+    double from[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - c->desc.tip[d];
+    double along = PD_DIM == 3 ? pdi_vec_dot(from, c->desc.front) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) from[d] -= along * c->desc.front[d];
+    double r = pdi_vec_norm(from), wide = c->desc.outer - c->desc.inner, s = (r - c->desc.inner) / wide;
+    c->q[i] = s <= 0.0 ? 1.0 : s >= 1.0 ? 0.0 : 1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s));
+    double fall = s <= 0.0 || s >= 1.0 ? 0.0 : -30.0 * s * s * (1.0 - s) * (1.0 - s) / wide;
+    for (int d = 0; d < PD_DIM; d++) c->slope[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
+}
+
+/* Whether q changes over the family of point i, so that its gradient counts. */
+static int pdi_crack_near(const pdi_crack *c, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double other = c->q[body->column[b]];
+        if (other < c->q[i] || other > c->q[i]) return 1;
+    }
+    return 0;
+}
+
+/* Gradient of u at point i (theory: eq. 8.1). 0: the bonds do not span all directions, and it stays zero. */
+static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
+    double over = 1.0 / (body->horizon * body->horizon);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int64_t j = body->column[b];
+        double xi[PD_DIM];
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+            int row = p / PD_DIM, column = p % PD_DIM;
+            k[p] += weight * xi[row] * xi[column];
+            sum[p] += weight * (u[j * PD_DIM + row] - u[(int64_t)i * PD_DIM + row]) * xi[column];
+        }
+    }
+    if (!(pdi_vec_invert(k, inverse) > PDI_CRACK_FLAT)) return 0;
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+        double h = 0.0;
+        for (int d = 0; d < PD_DIM; d++) h += sum[p / PD_DIM * PD_DIM + d] * inverse[d * PD_DIM + p % PD_DIM];
+        c->gradient[(int64_t)i * PDI_CRACK_TENSOR + p] = h;
+    }
+    return 1;
+}
+
+static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const double *u)
+{
+    const pd_body *body = c->solid->body;
+    double slope = 0.0, size = 0.0;
+    for (int64_t i = 0; i < body->count; i++) {
+        double along = pdi_vec_dot(c->slope + i * PD_DIM, c->desc.way);
+        slope += body->volume[i] * along;
+        size += body->volume[i] * fabs(along);
+    }
+    if (!(size > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
+                        "about the tip", c->desc.inner, c->desc.outer);
+    if (fabs(slope) > PDI_CRACK_OPEN * size)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
+                        "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
+    for (int32_t i = 0; i < body->count; i++) {
+        int near = pdi_crack_near(c, i);
+        if ((near || c->q[i] > 0.0) && !pdi_crack_gradient(c, u, i) && near && pdi_body_intact(body, i))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
+                            "give no gradient", (int)i);
+    }
+    return PD_OK;
+}
+
+/* The derivative of u along the crack at point i. */
+static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
+{
+    for (int a = 0; a < PD_DIM; a++)
+        along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
+}
+
+/* What point i gives to J by its stress [J/m] (theory: eq. 8.10). */
+static double pdi_crack_local(const pdi_crack *c, int64_t i)
+{
+    const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
+    double along[PD_DIM], sum = 0.0, density = c->density[i];
+    pdi_crack_along(c, i, along);
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
+    for (int p = 0; p < PDI_CRACK_TENSOR && !c->solid->density; p++)
+        density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
+    return sum - density * pdi_vec_dot(slope, c->desc.way);
+}
+
+/* The same by its bonds (theory: eq. 8.11). */
+static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
+        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, b, pull);
+        pdi_crack_along(c, j, along);
+        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    }
+    return sum;
+}
+
+static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, double *j)
+{
+    const pd_solid *solid = c->solid;
+    pdi_sum all = {0.0, 0.0};
+    PDI_TRY(pdi_crack_check(ctx, c));
+    PDI_TRY(pdi_owner_build(ctx, pdi_crack_list, c));
+    for (int64_t i = 0; i < c->count; i++) pdi_crack_weigh(c, i);
+    PDI_TRY(pdi_crack_gradients(ctx, c, u));
+    pd_status status = solid->force(ctx, solid->self, u, c->force);
+    if (status != PD_OK) return status;
+    if (solid->density) solid->density(ctx, solid->self, u, c->density);
+    if (!solid->pull) solid->stress(ctx, solid->self, u, c->stress);
+    for (int32_t i = 0; i < c->count; i++) {
+        double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
+        pdi_crack_along(c, i, along);
+        share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
+        pdi_sum_add(&all, solid->body->volume[i] * share);
+    }
+    *j = pdi_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);
+    return PD_OK;
+}
+
+pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j)
+{
+    pdi_crack c;
+    memset(&c, 0, sizeof c);
+    c.solid = solid;
+    c.desc = *desc;
+    c.count = solid->body->count;
+    pd_status status = pdi_crack_run(ctx, &c, u, j);
+    pdi_owner_free(ctx, pdi_crack_list, &c);
+    return status;
+}
+
+/* ---- tip ---- */
+
+/* Whether point i has lost at least a share of its bonds. */
+static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
+{
+    double all = (double)(body->row[i + 1] - body->row[i]);
+    return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
+}
+
+pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+{
+    double unit[PD_DIM], sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
+    int32_t found = 0;
+    memcpy(unit, way, sizeof unit);
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+                        "1, and a direction", share);
+    if (!(share > 0.0)) share = PDI_CRACK_SHARE;
+    for (int32_t i = 0; i < body->count; i++)
+        if (pdi_crack_lost(body, i, share))
+            farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
+    for (int32_t i = 0; i < body->count; i++) {
+        const double *x = body->position + (int64_t)i * PD_DIM;
+        if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
+        if (!pdi_crack_lost(body, i, share)) continue;
+        for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
+        found++;
+    }
+    if (!found) return PD_RETRY;
+    for (int d = 0; d < PD_DIM; d++) tip[d] = sum[d] / found;
+    return PD_OK;
+}
+
+#undef PDI_CRACK_SHARE
+#undef PDI_CRACK_ROUNDING
+#undef PDI_CRACK_FLAT
+#undef PDI_CRACK_OPEN
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -24635,6 +26266,9 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 
 /* Directions along which cracks are looked at, for the anisotropy. */
 #define PDI_MICROELASTIC_WAYS 64
+
+/* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
+#define PDI_MICROELASTIC_ACROSS 1e-3
 
 /* Sums over the family of a point of an infinite lattice. */
 typedef struct pdi_microelastic_sums {
@@ -24675,8 +26309,8 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
             along += n ? n[d] * xi[d] : 0.0;
         }
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
+        if (!(weight > 0.0)) continue;
         weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
@@ -24719,6 +26353,7 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+    PDI_ARRAY(owner, microelastic, at, microelastic->body ? (int64_t)microelastic->body->count * PD_DIM : 0, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
@@ -24766,7 +26401,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++)
                 stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
@@ -24800,13 +26435,6 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     return pdi_microelastic_weigh(ctx, m);
 }
 
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
-}
-
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
 {
     pd_status status = pdi_microelastic_make(ctx, body, desc, m);
@@ -24820,22 +26448,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
- * displacements. */
-static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
-{
-    double square = 0.0, more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        y[d] = xi[d] + eta[d];
-        square += xi[d] * xi[d];
-        more += eta[d] * (xi[d] + y[d]);
-    }
-    *r = sqrt(square);
-    *length = sqrt(square + more);
-    return more / (*r * (*length + *r));
-}
-
-/* That of bond b of point i. */
+/* Stretch of bond b of point i, Y, r and |Y| [m]. */
 static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
                                               double *r, double *length)
 {
@@ -24843,7 +26456,7 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     double xi[PD_DIM], eta[PD_DIM];
     pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_microelastic_strain(xi, eta, y, r, length);
+    return pdi_body_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -24859,7 +26472,7 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
         eta[d] = u[to] - u[from];
         if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
+    double s = pdi_body_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 
@@ -24927,9 +26540,126 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
-                                     double *force)
+/* Energy density of point i at displacements u [J/m3]. */
+static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
+    const pd_body *body = m->body;
+    double sum = 0.0, y[PD_DIM], r, length;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        sum += weight * s * s * r;
+    }
+    return 0.25 * m->modulus * sum;
+}
+
+double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+{
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < m->body->count; i++)
+        pdi_sum_add(&all, m->body->volume[i] * pdi_microelastic_density(m, u, i));
+    return pdi_sum_total(&all);
+}
+
+/* ---- what solvers see ---- */
+
+static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    int64_t n = (int64_t)m->body->count * PD_DIM;
+    pd_microelastic_force(ctx, m, u, 0, force);
+    pdi_par_copy(ctx, n, u, m->at);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+ * broken. */
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+                                  double *along, double *across)
+{
+    double r, length, weight = m->modulus * (double)m->weight[b];
+    if (!(weight > 0.0)) return 0;
+    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) n[d] /= length;
+    *along = weight / r;
+    *across = weight * s / length;
+    return 1;
+}
+
+static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
+            double volume = body->volume[body->column[b]], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* Bonds under pressure give nothing across. */
+static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double volume = body->volume[i] * body->volume[body->column[b]];
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
+            for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));
+            }
+        }
+    }
+}
+
+static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
+}
+
+static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_density(m, u, i);
+}
+
+/* Half of what the bond puts on point i. */
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double r, length, weight = (double)m->weight[b];
+    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
+}
+
+/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                           double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
     pdi_microelastic_sweep sweep;
     sweep.u = u;
     sweep.v = v;
@@ -24939,25 +26669,46 @@ PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, cons
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    const pd_body *body = m->body;
-    pdi_sum all = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t i = 0; i < body->count; i++) {
-        double sum = 0.0, y[PD_DIM], r, length;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double weight = (double)m->weight[b] * body->volume[body->column[b]];
-            if (!(weight > 0.0)) continue;
-            double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
-            sum += weight * s * s * r;
-        }
-        pdi_sum_add(&all, 0.25 * m->modulus * body->volume[i] * sum);
-    }
-    return pdi_sum_total(&all);
+    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
+}
+
+static double pdi_microelastic_solid_limit(const void *self, double density)
+{
+    return pdi_microelastic_limit((const pd_microelastic *)self, density);
+}
+
+static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
+}
+
+pd_solid pd_microelastic_solid(pd_microelastic *m)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "microelastic";
+    solid.self = m;
+    solid.body = m->body;
+    solid.force = pdi_microelastic_solid_force;
+    solid.tangent = pdi_microelastic_solid_tangent;
+    solid.blocks = pdi_microelastic_solid_blocks;
+    solid.energy = pdi_microelastic_solid_energy;
+    solid.density = pdi_microelastic_solid_density;
+    solid.pull = pdi_microelastic_solid_pull;
+    solid.move = pdi_microelastic_solid_move;
+    solid.update = pdi_microelastic_solid_update;
+    solid.limit = pdi_microelastic_solid_limit;
+    solid.store = pdi_microelastic_solid_store;
+    return solid;
 }
 
 #undef PDI_MICROELASTIC_WAYS
+#undef PDI_MICROELASTIC_ACROSS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -24984,7 +26735,7 @@ double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
 {
     pd_verlet *verlet = (pd_verlet *)object;
-    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    int64_t count = verlet->solid.body ? (int64_t)verlet->solid.body->count * PD_DIM : 0;
     PDI_STATE(owner, verlet, u, count, "m");
     PDI_STATE(owner, verlet, v, count, "m/s");
     PDI_STATE(owner, verlet, force, count, "N/m3");
@@ -24994,7 +26745,7 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, verlet, broken, "1");
 }
 
-pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
@@ -25003,8 +26754,8 @@ pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verle
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
                         desc->density, desc->share);
     d->desc = *desc;
-    d->material = material;
-    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    d->solid = *solid;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * solid->limit(solid->self, desc->density);
     pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
     if (status < 0) pd_verlet_free(ctx, d);
     return status;
@@ -25018,7 +26769,7 @@ void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
 
 double pd_verlet_kinetic(const pd_verlet *d)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     pdi_sum all = {0.0, 0.0};
     for (int32_t i = 0; i < body->count; i++) {
         double square = 0.0;
@@ -25031,7 +26782,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
 /* Half a step of the velocities, by the present forces. */
 static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 {
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     int nt = pdi_par_threads(ctx, n * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -25044,7 +26795,7 @@ static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 /* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
 static double pdi_verlet_work(const pd_verlet *d, double dt)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     int64_t n = (int64_t)body->count * PD_DIM;
     pdi_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
@@ -25064,34 +26815,49 @@ static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Forces at u, after a step of dt or before the first one (v NULL). */
+static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
+{
+    const pd_solid *solid = &d->solid;
+    if (solid->move) {
+        d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
+        return PD_OK;
+    }
+    pd_status status = solid->force(ctx, solid->self, d->u, d->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
+                    solid->name);
+}
+
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
-    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
+    if (d->steps == 0) PDI_TRY(pdi_verlet_force(ctx, d, NULL, 0.0));
     pdi_verlet_kick(ctx, d, s->dt);
     d->work += pdi_verlet_work(d, s->dt);
     for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
-    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    PDI_TRY(pdi_verlet_force(ctx, d, d->v, s->dt));
     d->work += pdi_verlet_work(d, s->dt);
     pdi_verlet_kick(ctx, d, s->dt);
     d->steps++;
     double most = pdi_par_max_abs(ctx, n, d->u);
-    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    if (most < PDI_VERLET_FAR * d->solid.body->horizon) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
 static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    ((pd_verlet *)self)->time = s->end;
-    return PD_OK;
+    pd_verlet *d = (pd_verlet *)self;
+    d->time = s->end;
+    return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
+    const pd_solid *solid = &((pd_verlet *)self)->solid;
+    if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 
@@ -25609,8 +27375,7 @@ static void pdi_finite_bonds(const pd_finite *f, int32_t i)
         int32_t j = body->column[b];
         f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
         pdi_body_bond(body, i, b, xi);
-        double r = sqrt(pdi_tensor_dot(xi, xi));
-        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, r);
+        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
     }
 }
 
@@ -26118,7 +27883,7 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
 }
 
 /* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
- * its other end would, with the largest modulus M (theory: eq. 8.38). */
+ * its other end would, with the largest modulus M (theory: eq. 8.24). */
 static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;
@@ -29366,12 +31131,6 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.c ======== */
 /* structure: see structure.h */
@@ -29633,6 +31392,9 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 }
 
 #undef PDI_STRUCTURE_CHANGE
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -33864,6 +35626,1494 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
     return PD_OK;
 }
 
+/* ======== >>io/scan.c ======== */
+/* scan: see scan.h */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
+{
+    char text[300];
+    int line = 1;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    for (const char *c = s->text; c < at && c < s->end; c++) line += *c == '\n';
+    return pdi_fail(s->ctx, PD_ERR_PARSE, s->where, "%.250s:%d: %s", s->path, line, text);
+}
+
+static int pdi_scan_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+PDI_FN size_t pdi_scan_word(pdi_scan *s, const char **word)
+{
+    while (s->at < s->end && pdi_scan_blank(*s->at)) s->at++;
+    *word = s->at;
+    while (s->at < s->end && !pdi_scan_blank(*s->at)) s->at++;
+    return (size_t)(s->at - *word);
+}
+
+PDI_FN int pdi_scan_line(pdi_scan *s)
+{
+    int nothing = 1;
+    for (; s->at < s->end && *s->at != '\n'; s->at++) nothing = nothing && pdi_scan_blank(*s->at);
+    if (s->at < s->end) s->at++;
+    return nothing;
+}
+
+/* A word that is not what it has to be. */
+static pd_status pdi_scan_wrong(const pdi_scan *s, const char *word, size_t size, const char *expected)
+{
+    if (size == 0) return pdi_scan_fail(s, s->end, "the file ends here, expected %s", expected);
+    return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word, expected);
+}
+
+PDI_FN pd_status pdi_scan_number(pdi_scan *s, const char *what, double *value)
+{
+    const char *word;
+    char expected[80];
+    size_t size = pdi_scan_word(s, &word);
+    if (size > 0 && pdi_file_parse(word, size, value) && isfinite(*value)) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a finite number", what);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_integer(pdi_scan *s, const char *what, int64_t low, int64_t high, int64_t *value)
+{
+    const char *word;
+    char expected[120];
+    size_t size = pdi_scan_word(s, &word), k = 0;
+    int minus = size > 0 && word[0] == '-', good = size > 0;
+    *value = 0;
+    if (size > 0 && (word[0] == '-' || word[0] == '+')) k = 1;
+    good = good && size > k && size - k <= 18;
+    for (; good && k < size; k++) {
+        good = word[k] >= '0' && word[k] <= '9';
+        *value = 10 * *value + (word[k] - '0');
+    }
+    if (minus) *value = -*value;
+    if (good && *value >= low && *value <= high) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a whole number from %.0f to %.0f", what, (double)low, (double)high);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_count(pdi_scan *s, const char *what, int bytes, int64_t *count)
+{
+    PDI_TRY(pdi_scan_integer(s, what, 0, INT64_C(999999999999999999), count));
+    if (*count <= (int64_t)(s->end - s->at) / bytes + 1 && *count <= INT32_MAX) return PD_OK;
+    return pdi_scan_fail(s, s->at, "%s: %.0f, which is more than the rest of the file can hold", what, (double)*count);
+}
+
+PDI_FN pd_status pdi_scan_expect(pdi_scan *s, const char *expected)
+{
+    const char *word;
+    size_t size = pdi_scan_word(s, &word);
+    if (size == strlen(expected) && memcmp(word, expected, size) == 0) return PD_OK;
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+/* ======== >>io/points.c ======== */
+/* points: see points.h */
+#include <math.h>
+#include <string.h>
+
+/* Least volume of a cell, over its extent to the power of its dimension. */
+#define PDI_POINTS_THIN 1e-12
+/* Coordinates beyond the dimension of the program that count as the same, over the extent of the mesh. */
+#define PDI_POINTS_FLAT 1e-9
+
+enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* of a line, a quad, a hexahedron */
+
+void pd_points_free(pd_ctx *ctx, pd_points *p)
+{
+    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
+    PDI_DELETE(ctx, p->room, p->volume);
+    PDI_DELETE(ctx, p->room, p->tag);
+    memset(p, 0, sizeof *p);
+}
+
+/* Move one array to another length. */
+static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
+{
+    pd_points larger;
+    memset(&larger, 0, sizeof larger);
+    larger.room = room;
+    larger.count = p->count;
+    pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
+    if (status != PD_OK) {
+        pd_points_free(ctx, &larger);
+        return status;
+    }
+    if (p->count) {
+        memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
+        memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
+        memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
+    }
+    pd_points_free(ctx, p);
+    *p = larger;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
+{
+    if (p->count == p->room) {
+        if (p->room > INT32_MAX / 2 - 64) return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->room);
+        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->room + 64));
+    }
+    for (int d = 0; d < PD_DIM; d++) p->position[(int64_t)p->count * PD_DIM + d] = position[d];
+    p->volume[p->count] = volume;
+    p->tag[p->count++] = tag;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
+
+/* ---- cells ---- */
+
+PDI_FN int pdi_points_corners(pdi_cell_form form)
+{
+    static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
+    return corners[form];
+}
+
+/* Corner k of the line, quad or hexahedron that a cell is, with corners that coincide. Bit d of k: the end along the
+ * axis d of the map. */
+static int pdi_points_corner(pdi_cell_form form, int k)
+{
+    static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
+                                    {0, 1, 3, 2, 0, 0, 0, 0}, {0, 1, 2, 2, 3, 3, 3, 3}, {0, 1, 3, 2, 4, 5, 7, 6},
+                                    {0, 1, 2, 2, 3, 4, 5, 5}, {0, 1, 3, 2, 4, 4, 4, 4}};
+    return of[form][k];
+}
+
+static double pdi_points_determinant(const double *j)
+{
+    if (PD_DIM == 1) return j[0];
+    if (PD_DIM == 2) return j[0] * j[3] - j[1] * j[2];
+    return j[0] * (j[4] * j[8] - j[5] * j[7]) - j[1] * (j[3] * j[8] - j[5] * j[6]) +
+           j[2] * (j[3] * j[7] - j[4] * j[6]);
+}
+
+/* The place and the volume of Gauss point g, of corners x. */
+static double pdi_points_gauss(const double *x, int g, double *place)
+{
+    const double at = 0.5 / sqrt(3.0);
+    double jacobian[9] = {0.0}; /* of the unit cube */
+    for (int d = 0; d < PD_DIM; d++) place[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++) {
+        double share[PD_DIM], shape = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            share[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
+            shape *= share[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) {
+            double slope = k >> d & 1 ? 1.0 : -1.0;
+            for (int e = 0; e < PD_DIM; e++) slope *= e == d ? 1.0 : share[e];
+            for (int e = 0; e < PD_DIM; e++) jacobian[e * PD_DIM + d] += slope * x[k * PD_DIM + e];
+        }
+        for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
+    }
+    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
+}
+
+/* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */
+static double pdi_points_integrate(pdi_cell_form form, const double *const *corner, double *centre)
+{
+    double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++)
+        for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
+            x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
+            size = fmax(size, fabs(x[k * PD_DIM + d]));
+        }
+    for (int d = 0; d < PD_DIM; d++) whole *= size;
+    for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
+        double place[PD_DIM], part = pdi_points_gauss(x, g, place);
+        if (g == 0) first = part;
+        if (!(part / first > 0.0)) return 0.0;
+        volume += part;
+        for (int d = 0; d < PD_DIM; d++) centre[d] += part * place[d];
+    }
+    if (!(fabs(volume) > PDI_POINTS_THIN * whole)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = corner[0][d] + centre[d] / volume;
+    return volume;
+}
+
+PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
+                               int mirrored, int32_t tag, const char **fault)
+{
+    double centre[PD_DIM], scale = 1.0;
+    *fault = NULL;
+    if (!cells->started) memcpy(cells->level, corner[0], sizeof cells->level);
+    cells->started = 1;
+    for (int k = 0; k < pdi_points_corners(form); k++)
+        for (int d = PD_DIM; d < 3; d++)
+            if (fabs(corner[k][d] - cells->level[d]) > PDI_POINTS_FLAT * cells->extent)
+                *fault = PD_DIM == 1 ? "a cell off the line y, z = constant" : "a cell off the plane z = constant";
+    double volume = pdi_points_integrate(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
+    if (*fault) return PD_OK;
+    if (!(fabs(volume) > 0.0)) *fault = "a cell without volume, or folded";
+    else if (PD_DIM == 3 && volume < 0.0 && !mirrored) *fault = "a cell turned inside out: its volume is negative";
+    else if (PD_DIM < 3 && sign * cells->sign < 0.0) *fault = "a cell that turns the other way than those before it";
+    if (*fault) return PD_OK;
+    cells->sign = sign;
+    for (int d = 0; d < PD_DIM; d++) {
+        centre[d] *= cells->scale;
+        scale *= cells->scale;
+    }
+    volume = fabs(volume) * scale;
+    if (!(volume > 0.0) || !(volume < 1e100)) *fault = "a cell whose volume is out of range";
+    return *fault ? PD_OK : pdi_points_add(ctx, cells->points, centre, volume, tag);
+}
+
+#undef PDI_POINTS_THIN
+#undef PDI_POINTS_FLAT
+
+/* ======== >>io/msh.c ======== */
+/* msh: see msh.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Largest number of a node or an entity. */
+#define PDI_MSH_MOST 999999999999999
+
+typedef struct pdi_msh_node {
+    int64_t id;
+    double x[3];
+} pdi_msh_node;
+
+/* An entity of PD_DIM dimensions and its group. */
+typedef struct pdi_msh_entity {
+    int64_t id;
+    int32_t tag;
+} pdi_msh_entity;
+
+typedef struct pdi_msh {
+    pdi_scan *scan;
+    pdi_cells cells;
+    int version; /* 2 or 4 */
+    int64_t nodes, entities;
+    pdi_msh_node *node;     /* [nodes] by id */
+    pdi_msh_entity *entity; /* [entities] by id */
+    int has_nodes, has_entities, has_elements;
+    int64_t surface; /* of the cell before */
+} pdi_msh;
+
+static int pdi_msh_compare(const void *a, const void *b)
+{
+    const pdi_msh_node *p = (const pdi_msh_node *)a, *q = (const pdi_msh_node *)b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+static int pdi_msh_compare_entities(const void *a, const void *b)
+{
+    const pdi_msh_entity *p = (const pdi_msh_entity *)a, *q = (const pdi_msh_entity *)b;
+    return (p->id > q->id) - (p->id < q->id);
+}
+
+/* Whole numbers and others that are read and left. */
+static pd_status pdi_msh_pass(pdi_msh *m, const char *what, int64_t count)
+{
+    double value;
+    for (int64_t k = 0; k < count; k++) PDI_TRY(pdi_scan_number(m->scan, what, &value));
+    return PD_OK;
+}
+
+/* ---- $MeshFormat, $Entities, $Nodes ---- */
+
+static pd_status pdi_msh_format(pdi_msh *m)
+{
+    const char *at = m->scan->at;
+    double version;
+    int64_t binary, bytes;
+    PDI_TRY(pdi_scan_number(m->scan, "the version", &version));
+    m->version = fabs(version - 2.2) < 1e-9 ? 2 : fabs(version - 4.1) < 1e-9 ? 4 : 0;
+    if (!m->version) return pdi_scan_fail(m->scan, at, "MSH version %g, expected 2.2 or 4.1", version);
+    PDI_TRY(pdi_scan_integer(m->scan, "the file type", 0, 1, &binary));
+    PDI_TRY(pdi_scan_integer(m->scan, "the size of numbers", 1, 16, &bytes));
+    if (binary) return pdi_scan_fail(m->scan, at, "a binary file, expected text: save it with Mesh.Binary = 0");
+    return pdi_scan_expect(m->scan, "$EndMeshFormat");
+}
+
+/* Numbers of groups, the first one of them into *tag. */
+static pd_status pdi_msh_groups(pdi_msh *m, int64_t *tag)
+{
+    int64_t count, group;
+    *tag = 0;
+    PDI_TRY(pdi_scan_count(m->scan, "the number of groups", 2, &count));
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_integer(m->scan, "a group", -INT32_MAX, INT32_MAX, &group));
+        if (k == 0) *tag = group < 0 ? -group : group;
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_msh_entities(pdi_msh *m)
+{
+    int64_t count[4], id, tag, bounds;
+    pdi_scan *s = m->scan;
+    const char *begin = s->at;
+    if (m->has_entities++) return pdi_scan_fail(s, begin, "a second section $Entities");
+    for (int d = 0; d < 4; d++) PDI_TRY(pdi_scan_count(s, "the number of entities", 10, &count[d]));
+    m->entities = count[PD_DIM];
+    PDI_TRY(PDI_NEW(s->ctx, "msh", m->entities, m->entity));
+    for (int d = 0; d < 4; d++)
+        for (int64_t k = 0; k < count[d]; k++) {
+            PDI_TRY(pdi_scan_integer(s, "an entity", -PDI_MSH_MOST, PDI_MSH_MOST, &id));
+            PDI_TRY(pdi_msh_pass(m, "the extent of an entity", d ? 6 : 3));
+            PDI_TRY(pdi_msh_groups(m, &tag));
+            if (d) PDI_TRY(pdi_scan_count(s, "the number of its bounds", 2, &bounds));
+            if (d) PDI_TRY(pdi_msh_pass(m, "a bound of an entity", bounds));
+            if (d != PD_DIM) continue;
+            m->entity[k].id = id;
+            m->entity[k].tag = (int32_t)tag;
+        }
+    qsort(m->entity, (size_t)m->entities, sizeof *m->entity, pdi_msh_compare_entities);
+    return pdi_scan_expect(s, "$EndEntities");
+}
+
+static pd_status pdi_msh_place(pdi_msh *m, pdi_msh_node *node)
+{
+    for (int d = 0; d < 3; d++) {
+        PDI_TRY(pdi_scan_number(m->scan, "a coordinate", &node->x[d]));
+        if (!(fabs(node->x[d]) < 1e100))
+            return pdi_scan_fail(m->scan, m->scan->at, "the coordinate %g, expected less than 1e100", node->x[d]);
+    }
+    return PD_OK;
+}
+
+/* Blocks of 4.1: ids, then places, which parameters may follow on their line. */
+static pd_status pdi_msh_node_blocks(pdi_msh *m, int64_t blocks)
+{
+    int64_t value, count, done = 0;
+    pdi_scan *s = m->scan;
+    for (int64_t b = 0; b < blocks; b++) {
+        PDI_TRY(pdi_scan_integer(s, "the dimension of a block", 0, 3, &value));
+        PDI_TRY(pdi_scan_integer(s, "the entity of a block", -PDI_MSH_MOST, PDI_MSH_MOST, &value));
+        PDI_TRY(pdi_scan_integer(s, "whether a block has parameters", 0, 1, &value));
+        const char *at = s->at;
+        PDI_TRY(pdi_scan_integer(s, "the number of nodes of a block", 0, PDI_MSH_MOST, &count));
+        if (count > m->nodes - done)
+            return pdi_scan_fail(s, at, "blocks with more than the %.0f nodes of the section", (double)m->nodes);
+        for (int64_t k = 0; k < count; k++)
+            PDI_TRY(pdi_scan_integer(s, "a node", 1, PDI_MSH_MOST, &m->node[done + k].id));
+        for (int64_t k = 0; k < count; k++) {
+            PDI_TRY(pdi_msh_place(m, &m->node[done + k]));
+            pdi_scan_line(s);
+        }
+        done += count;
+    }
+    if (done == m->nodes) return PD_OK;
+    return pdi_scan_fail(s, s->at, "%.0f nodes in blocks, expected %.0f", (double)done, (double)m->nodes);
+}
+
+static pd_status pdi_msh_nodes(pdi_msh *m)
+{
+    int64_t blocks = 0, bound;
+    pdi_scan *s = m->scan;
+    const char *begin = s->at;
+    if (m->has_nodes++) return pdi_scan_fail(s, begin, "a second section $Nodes");
+    if (m->version == 4) PDI_TRY(pdi_scan_count(s, "the number of blocks", 4, &blocks));
+    PDI_TRY(pdi_scan_count(s, "the number of nodes", 8, &m->nodes));
+    for (int k = 0; m->version == 4 && k < 2; k++)
+        PDI_TRY(pdi_scan_integer(s, "the bounds of nodes", 0, PDI_MSH_MOST, &bound));
+    PDI_TRY(PDI_NEW(s->ctx, "msh", m->nodes, m->node));
+    if (m->version == 4) PDI_TRY(pdi_msh_node_blocks(m, blocks));
+    for (int64_t k = 0; m->version == 2 && k < m->nodes; k++) {
+        PDI_TRY(pdi_scan_integer(s, "a node", 1, PDI_MSH_MOST, &m->node[k].id));
+        PDI_TRY(pdi_msh_place(m, &m->node[k]));
+    }
+    PDI_TRY(pdi_scan_expect(s, "$EndNodes"));
+    qsort(m->node, (size_t)m->nodes, sizeof *m->node, pdi_msh_compare);
+    for (int64_t k = 0; k < m->nodes; k++) {
+        if (k && m->node[k].id == m->node[k - 1].id)
+            return pdi_scan_fail(s, begin, "two nodes with the number %.0f", (double)m->node[k].id);
+        for (int d = 0; d < 3; d++)
+            m->cells.extent = fmax(m->cells.extent, fabs(m->node[k].x[d] - m->node[0].x[d]));
+    }
+    return PD_OK;
+}
+
+/* ---- $Elements ---- */
+
+/* The form of a type of elements, and its dimension: -1 where it is not known. */
+static pdi_cell_form pdi_msh_form(int64_t type, int *dimension)
+{
+    static const int8_t of[32] = {-1, 1, 2, 2, 3, 3, 3, 3, 1, 2, 2, 3, 3, 3, 3, 0,
+                                  2,  3, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1, 1, 3, 3, 3};
+    *dimension = type > 0 && type < 32 ? of[type] : -1;
+    return type >= 1 && type <= 7 ? (pdi_cell_form)type : PDI_CELL_NONE;
+}
+
+/* 1: cells of this type count. PD_ERR_PARSE: they ought to, and cannot. */
+static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *counts)
+{
+    int dimension;
+    pdi_cell_form form = pdi_msh_form(type, &dimension);
+    *counts = dimension == PD_DIM;
+    if (dimension < 0) return pdi_scan_fail(m->scan, at, "elements of type %.0f, which is not known", (double)type);
+    if (dimension > PD_DIM) return pdi_scan_fail(m->scan, at, "elements of %dD in a program of %dD", dimension, PD_DIM);
+    if (*counts && form == PDI_CELL_NONE)
+        return pdi_scan_fail(m->scan, at, "elements of type %.0f, expected straight ones: save the mesh with order 1",
+                             (double)type);
+    return PD_OK;
+}
+
+/* The rest of a line: the corners of a cell of `surface`, and the cell. */
+static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
+{
+    const double *corner[8];
+    const char *begin = m->scan->at, *fault;
+    for (int k = 0; k < pdi_points_corners(form); k++) {
+        pdi_msh_node key;
+        PDI_TRY(pdi_scan_integer(m->scan, "a node of an element", 1, PDI_MSH_MOST, &key.id));
+        const void *found = m->nodes ? bsearch(&key, m->node, (size_t)m->nodes, sizeof key, pdi_msh_compare) : NULL;
+        if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
+        corner[k] = ((const pdi_msh_node *)found)->x;
+    }
+    if (surface != m->surface) m->cells.sign = 0.0;
+    m->surface = surface;
+    PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
+    if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
+    if (pdi_scan_line(m->scan)) return PD_OK;
+    return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
+}
+
+/* Lines of 2.2: number, type, groups, nodes. */
+static pd_status pdi_msh_element(pdi_msh *m)
+{
+    int64_t id, type, count, tag[2] = {0, 0}, value;
+    int counts;
+    PDI_TRY(pdi_scan_integer(m->scan, "an element", 0, PDI_MSH_MOST, &id));
+    const char *at = m->scan->at;
+    PDI_TRY(pdi_scan_integer(m->scan, "the type of an element", 0, PDI_MSH_MOST, &type));
+    PDI_TRY(pdi_msh_counts(m, at, type, &counts));
+    if (counts) {
+        PDI_TRY(pdi_scan_count(m->scan, "the number of tags", 2, &count));
+        for (int64_t k = 0; k < count; k++) {
+            PDI_TRY(pdi_scan_integer(m->scan, "a tag", -INT32_MAX, INT32_MAX, &value));
+            if (k < 2) tag[k] = value < 0 ? -value : value;
+        }
+        return pdi_msh_cell(m, pdi_msh_form(type, &counts), tag[1], (int32_t)tag[0]);
+    }
+    pdi_scan_line(m->scan);
+    return PD_OK;
+}
+
+/* A block of 4.1; *left: elements that the section still has. */
+static pd_status pdi_msh_block(pdi_msh *m, int64_t *left)
+{
+    int64_t dimension, type, count, id;
+    int counts, known;
+    pdi_msh_entity key, *found = NULL;
+    pdi_scan *s = m->scan;
+    PDI_TRY(pdi_scan_integer(s, "the dimension of a block", 0, 3, &dimension));
+    const char *at = s->at;
+    PDI_TRY(pdi_scan_integer(s, "the entity of a block", -PDI_MSH_MOST, PDI_MSH_MOST, &key.id));
+    PDI_TRY(pdi_scan_integer(s, "the type of elements", 0, PDI_MSH_MOST, &type));
+    PDI_TRY(pdi_msh_counts(m, at, type, &counts));
+    PDI_TRY(pdi_scan_integer(s, "the number of elements of a block", 0, PDI_MSH_MOST, &count));
+    if (count > *left) return pdi_scan_fail(s, at, "blocks with more elements than their section");
+    *left -= count;
+    if (counts && m->entities)
+        found = (pdi_msh_entity *)bsearch(&key, m->entity, (size_t)m->entities, sizeof key, pdi_msh_compare_entities);
+    if (counts && m->has_entities && !found)
+        return pdi_scan_fail(s, at, "elements of the entity %.0f, which $Entities does not have", (double)key.id);
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_integer(s, "an element", 0, PDI_MSH_MOST, &id));
+        if (counts) PDI_TRY(pdi_msh_cell(m, pdi_msh_form(type, &known), key.id, found ? found->tag : 0));
+        else pdi_scan_line(s);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_msh_elements(pdi_msh *m)
+{
+    int64_t blocks = 0, count, bound;
+    pdi_scan *s = m->scan;
+    if (!m->has_nodes) return pdi_scan_fail(s, s->at, "$Elements before $Nodes");
+    if (m->has_elements++) return pdi_scan_fail(s, s->at, "a second section $Elements");
+    m->surface = -1;
+    if (m->version == 4) PDI_TRY(pdi_scan_count(s, "the number of blocks", 4, &blocks));
+    PDI_TRY(pdi_scan_count(s, "the number of elements", 4, &count));
+    for (int k = 0; m->version == 4 && k < 2; k++)
+        PDI_TRY(pdi_scan_integer(s, "the bounds of elements", 0, PDI_MSH_MOST, &bound));
+    for (int64_t b = 0; b < blocks; b++) PDI_TRY(pdi_msh_block(m, &count));
+    for (int64_t k = 0; m->version == 2 && k < count; k++) PDI_TRY(pdi_msh_element(m));
+    if (m->version == 4 && count) return pdi_scan_fail(s, s->at, "%.0f elements too few in blocks", (double)count);
+    return pdi_scan_expect(s, "$EndElements");
+}
+
+/* ---- sections ---- */
+
+/* Go behind the end of a section that nothing is wanted from. */
+static pd_status pdi_msh_skip(pdi_msh *m, const char *name, size_t size)
+{
+    const char *word;
+    for (size_t length; (length = pdi_scan_word(m->scan, &word)) > 0;)
+        if (length == size + 3 && memcmp(word, "$End", 4) == 0 && memcmp(word + 4, name + 1, size - 1) == 0)
+            return PD_OK;
+    return pdi_scan_fail(m->scan, name, "the section %.*s has no end", size < 40 ? (int)size : 40, name);
+}
+
+static int pdi_msh_is(const char *word, size_t size, const char *name)
+{
+    return size == strlen(name) && memcmp(word, name, size) == 0;
+}
+
+static pd_status pdi_msh_sections(pdi_msh *m)
+{
+    const char *word;
+    PDI_TRY(pdi_scan_expect(m->scan, "$MeshFormat"));
+    PDI_TRY(pdi_msh_format(m));
+    for (size_t size; (size = pdi_scan_word(m->scan, &word)) > 0;) {
+        if (word[0] != '$') return pdi_scan_fail(m->scan, word, "text outside of sections");
+        if (pdi_msh_is(word, size, "$Nodes")) PDI_TRY(pdi_msh_nodes(m));
+        else if (pdi_msh_is(word, size, "$Elements")) PDI_TRY(pdi_msh_elements(m));
+        else if (pdi_msh_is(word, size, "$Entities") && m->version == 4) PDI_TRY(pdi_msh_entities(m));
+        else if (pdi_msh_is(word, size, "$PartitionedEntities"))
+            return pdi_scan_fail(m->scan, word, "a partitioned mesh, expected one in one piece");
+        else PDI_TRY(pdi_msh_skip(m, word, size));
+    }
+    if (!m->has_elements) return pdi_scan_fail(m->scan, m->scan->end, "the file has no section $Elements");
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
+{
+    pdi_msh m;
+    memset(&m, 0, sizeof m);
+    m.scan = scan;
+    m.cells.points = points;
+    m.cells.scale = scale;
+    pd_status status = pdi_msh_sections(&m);
+    PDI_DELETE(scan->ctx, m.nodes, m.node);
+    PDI_DELETE(scan->ctx, m.entities, m.entity);
+    return status;
+}
+
+#undef PDI_MSH_MOST
+
+/* ======== >>io/vtu.c ======== */
+/* vtu: see vtu.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bytes that one byte of a zlib stream gives at most (RFC 1951: 258 bytes for two bits). */
+#define PDI_VTU_UNPACKED 1032
+
+/* A piece of the text. */
+typedef struct pdi_vtu_text {
+    const char *at;
+    size_t size;
+} pdi_vtu_text;
+
+/* <name attributes> or </name>. */
+typedef struct pdi_vtu_tag {
+    const char *begin;
+    pdi_vtu_text name, attributes;
+    int closes, empty;
+} pdi_vtu_tag;
+
+/* A <DataArray>: what its tag says, and the text up to the next tag. */
+typedef struct pdi_vtu_array {
+    int found;
+    pdi_vtu_tag tag;
+    const char *body, *end;
+} pdi_vtu_array;
+
+enum { PDI_VTU_PLACES = 0, PDI_VTU_CONNECTIVITY, PDI_VTU_OFFSETS, PDI_VTU_TYPES, PDI_VTU_CELL_TAG, PDI_VTU_POINT_TAG,
+       PDI_VTU_VOLUME, PDI_VTU_ARRAYS };
+
+typedef struct pdi_vtu {
+    pdi_scan *scan;
+    pdi_cells cells;
+    const char *limit;    /* of the XML: the end of the text, or of the tag before the appended data */
+    const char *appended; /* NULL: there is none */
+    int plain;            /* appended data are raw */
+    int swap, wide, packed; /* other byte order; sizes of 8 bytes; blocks of zlib */
+    int64_t points, count;  /* of the piece: points and cells */
+    int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
+    int rank;               /* of the names of tags, of the cell data so far */
+    pdi_vtu_array array[PDI_VTU_ARRAYS];
+    double *value[PDI_VTU_ARRAYS]; /* decoded */
+    int64_t length[PDI_VTU_ARRAYS];
+} pdi_vtu;
+
+/* ---- tags ---- */
+
+static int pdi_vtu_is(pdi_vtu_text text, const char *word)
+{
+    return text.size == strlen(word) && memcmp(text.at, word, text.size) == 0;
+}
+
+static int pdi_vtu_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/* The next tag in front of `limit`; comments and declarations are passed. *more 0: there is none. */
+static pd_status pdi_vtu_next(pdi_vtu *v, pdi_vtu_tag *tag, int *more)
+{
+    pdi_scan *s = v->scan;
+    memset(tag, 0, sizeof *tag);
+    for (*more = 0;;) {
+        while (s->at < v->limit && *s->at != '<') s->at++;
+        if (s->at >= v->limit) return PD_OK;
+        tag->begin = s->at++;
+        int comment = v->limit - s->at > 3 && memcmp(s->at, "!--", 3) == 0;
+        char quote = 0;
+        for (; s->at < v->limit && (quote || comment || *s->at != '>'); s->at++) {
+            if (comment && *s->at == '>' && s->at - tag->begin > 5 && s->at[-1] == '-' && s->at[-2] == '-') break;
+            if (!comment && (*s->at == '"' || *s->at == '\'')) quote = quote == *s->at ? 0 : quote ? quote : *s->at;
+        }
+        if (s->at >= v->limit) return pdi_scan_fail(s, tag->begin, "a tag that does not end");
+        s->at++;
+        if (tag->begin[1] != '!' && tag->begin[1] != '?') break;
+    }
+    const char *at = tag->begin + 1, *end = s->at - 1;
+    tag->closes = *at == '/';
+    at += tag->closes;
+    tag->empty = end > at && end[-1] == '/';
+    tag->name.at = at;
+    while (at < end && !pdi_vtu_blank(*at) && *at != '/') at++;
+    tag->name.size = (size_t)(at - tag->name.at);
+    tag->attributes.at = at;
+    tag->attributes.size = (size_t)(end - at);
+    *more = 1;
+    return PD_OK;
+}
+
+/* The value of an attribute; 0: the tag has none of this name, and *value stays. */
+static int pdi_vtu_attribute(const pdi_vtu_tag *tag, const char *name, pdi_vtu_text *value)
+{
+    const char *at = tag->attributes.at, *end = at + tag->attributes.size;
+    while (at < end) {
+        pdi_vtu_text key;
+        while (at < end && pdi_vtu_blank(*at)) at++;
+        key.at = at;
+        while (at < end && *at != '=' && !pdi_vtu_blank(*at)) at++;
+        key.size = (size_t)(at - key.at);
+        while (at < end && *at != '"' && *at != '\'') at++;
+        if (at >= end) return 0;
+        char quote = *at++;
+        const char *begin = at;
+        while (at < end && *at != quote) at++;
+        if (at >= end) return 0;
+        if (pdi_vtu_is(key, name)) {
+            value->at = begin;
+            value->size = (size_t)(at - begin);
+            return 1;
+        }
+        at++;
+    }
+    return 0;
+}
+
+/* A number of a tag; absent: `fallback`, or an error where that is negative. */
+static pd_status pdi_vtu_integer(const pdi_vtu *v, const pdi_vtu_tag *tag, const char *name, int64_t high,
+                                 int64_t fallback, int64_t *value)
+{
+    pdi_vtu_text text;
+    pdi_scan part = *v->scan;
+    *value = fallback;
+    if (!pdi_vtu_attribute(tag, name, &text)) {
+        if (fallback >= 0) return PD_OK;
+        return pdi_scan_fail(v->scan, tag->begin, "a tag without %s", name);
+    }
+    part.at = text.at;
+    part.end = text.at + text.size;
+    return pdi_scan_integer(&part, name, 0, high, value);
+}
+
+/* ---- data ---- */
+
+/* Bytes as they are or as base64, where padding may stand within. */
+typedef struct pdi_vtu_stream {
+    const char *at, *end;
+    int plain, held;
+    uint8_t hold[3];
+} pdi_vtu_stream;
+
+static int pdi_vtu_digit(char c)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char *found = c ? strchr(digits, c) : NULL;
+    return found ? (int)(found - digits) : -1;
+}
+
+/* Four characters; 0: there are none, or no base64. */
+static int pdi_vtu_group(pdi_vtu_stream *s)
+{
+    uint32_t bits = 0;
+    int digits = 0, padding = 0;
+    for (; digits + padding < 4 && s->at < s->end; s->at++) {
+        if (pdi_vtu_blank(*s->at)) continue;
+        int digit = pdi_vtu_digit(*s->at);
+        if (*s->at == '=') padding++;
+        else if (digit < 0 || padding) return 0;
+        else digits++;
+        bits = bits << 6 | (uint32_t)(digit < 0 ? 0 : digit);
+    }
+    if (digits + padding < 4 || digits < 2) return 0;
+    s->held = digits - 1;
+    for (int k = 0; k < s->held; k++) s->hold[s->held - 1 - k] = (uint8_t)(bits >> (16 - 8 * k));
+    return 1;
+}
+
+/* The next bytes; 0: there are fewer. */
+static int pdi_vtu_take(pdi_vtu_stream *s, uint8_t *out, size_t size)
+{
+    if (s->plain) {
+        if (size > (size_t)(s->end - s->at)) return 0;
+        memcpy(out, s->at, size);
+        s->at += size;
+        return 1;
+    }
+    for (size_t k = 0; k < size; k++) {
+        if (s->held == 0 && !pdi_vtu_group(s)) return 0;
+        out[k] = s->hold[--s->held];
+    }
+    return 1;
+}
+
+/* A whole number of `size` bytes, in the byte order of the file. */
+static uint64_t pdi_vtu_whole(const pdi_vtu *v, const uint8_t *at, int size)
+{
+    const uint16_t probe = 1;
+    uint8_t first;
+    uint64_t value = 0;
+    memcpy(&first, &probe, 1);
+    int low_first = (first == 1) != (v->swap == 1);
+    for (int k = 0; k < size; k++) value = value << 8 | at[low_first ? size - 1 - k : k];
+    return value;
+}
+
+static int pdi_vtu_size(const pdi_vtu *v, pdi_vtu_stream *s, uint64_t *size)
+{
+    uint8_t bytes[8];
+    int wide = v->wide ? 8 : 4;
+    if (!pdi_vtu_take(s, bytes, (size_t)wide)) return 0;
+    *size = pdi_vtu_whole(v, bytes, wide);
+    return 1;
+}
+
+/* Blocks of zlib into out[size]. *fault: what is wrong. */
+static pd_status pdi_vtu_unpack(const pdi_vtu *v, pdi_vtu_stream *s, uint8_t *out, size_t size, const char **fault)
+{
+    uint64_t blocks, each, last, packed, left = (uint64_t)(s->end - s->at);
+    *fault = "blocks of data that do not fit their array";
+    if (!pdi_vtu_size(v, s, &blocks) || !pdi_vtu_size(v, s, &each) || !pdi_vtu_size(v, s, &last)) return PD_OK;
+    if (blocks > left / 4 || each > INT32_MAX || last > each) return PD_OK;
+    uint64_t whole = blocks ? (blocks - 1) * each + (last ? last : each) : 0;
+    if (whole != size) return PD_OK;
+    pdi_vtu_stream sizes = *s; /* a second look at the sizes while the blocks are read */
+    for (uint64_t b = 0; b < blocks; b++)
+        if (!pdi_vtu_size(v, s, &packed)) return PD_OK;
+    s->held = 0;
+    for (uint64_t b = 0; b < blocks; b++) {
+        uint8_t *bytes = NULL;
+        size_t of = (size_t)(b + 1 == blocks && last ? last : each);
+        if (!pdi_vtu_size(v, &sizes, &packed) || packed > left) return PD_OK;
+        PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", packed, bytes));
+        int got = pdi_vtu_take(s, bytes, (size_t)packed);
+        pd_status status = PD_OK;
+        if (got) status = pdi_zlib_inflate(v->scan->ctx, v->scan->path, bytes, (size_t)packed, out + b * each, of);
+        PDI_DELETE(v->scan->ctx, packed, bytes);
+        if (!got || status != PD_OK) return status;
+    }
+    *fault = NULL;
+    return PD_OK;
+}
+
+typedef enum pdi_vtu_type { PDI_VTU_SIGNED = 0, PDI_VTU_UNSIGNED, PDI_VTU_FLOAT } pdi_vtu_type;
+
+/* "Int32", "UInt8", "Float64", ..; size in bytes, 0: no such type. */
+static int pdi_vtu_kind(pdi_vtu_text text, pdi_vtu_type *type)
+{
+    static const struct {
+        char name[8];
+        int size;
+        pdi_vtu_type type;
+    } types[10] = {{"Int8", 1, PDI_VTU_SIGNED},    {"Int16", 2, PDI_VTU_SIGNED},    {"Int32", 4, PDI_VTU_SIGNED},
+                   {"Int64", 8, PDI_VTU_SIGNED},   {"UInt8", 1, PDI_VTU_UNSIGNED},  {"UInt16", 2, PDI_VTU_UNSIGNED},
+                   {"UInt32", 4, PDI_VTU_UNSIGNED}, {"UInt64", 8, PDI_VTU_UNSIGNED}, {"Float32", 4, PDI_VTU_FLOAT},
+                   {"Float64", 8, PDI_VTU_FLOAT}};
+    for (int k = 0; k < 10; k++)
+        if (pdi_vtu_is(text, types[k].name)) {
+            *type = types[k].type;
+            return types[k].size;
+        }
+    return 0;
+}
+
+static double pdi_vtu_number(const pdi_vtu *v, const uint8_t *at, int size, pdi_vtu_type type)
+{
+    uint64_t bits = pdi_vtu_whole(v, at, size);
+    if (type == PDI_VTU_UNSIGNED) return (double)bits;
+    if (type == PDI_VTU_SIGNED) {
+        uint64_t minus = UINT64_C(1) << (8 * size - 1);
+        return bits & minus ? -(double)(minus - (bits & (minus - 1))) : (double)bits;
+    }
+    if (size == 4) {
+        uint32_t half = (uint32_t)bits;
+        float single;
+        memcpy(&single, &half, sizeof single);
+        return (double)single;
+    }
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* Bytes of an array in the file: where they begin. */
+static pd_status pdi_vtu_open(const pdi_vtu *v, const pdi_vtu_array *a, pdi_vtu_stream *s)
+{
+    pdi_vtu_text format;
+    int64_t offset;
+    memset(s, 0, sizeof *s);
+    s->at = a->body;
+    s->end = a->end;
+    if (!pdi_vtu_attribute(&a->tag, "format", &format) || !pdi_vtu_is(format, "appended")) return PD_OK;
+    PDI_TRY(pdi_vtu_integer(v, &a->tag, "offset", INT64_C(999999999999999), -1, &offset));
+    if (!v->appended || offset > (int64_t)(v->scan->end - v->appended))
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array beyond the appended data");
+    s->at = v->appended + offset;
+    s->end = v->scan->end;
+    s->plain = v->plain;
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_binary(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
+{
+    pdi_vtu_text text = {"", 0};
+    pdi_vtu_type type = PDI_VTU_SIGNED;
+    pdi_vtu_stream s;
+    const char *fault = NULL;
+    uint8_t *bytes = NULL;
+    uint64_t given;
+    (void)pdi_vtu_attribute(&a->tag, "type", &text);
+    int each = pdi_vtu_kind(text, &type);
+    size_t size = (size_t)count * (size_t)each;
+    PDI_TRY(pdi_vtu_open(v, a, &s));
+    PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", size, bytes));
+    pd_status status = PD_OK;
+    if (v->packed) status = pdi_vtu_unpack(v, &s, bytes, size, &fault);
+    else if (!pdi_vtu_size(v, &s, &given) || given != size || !pdi_vtu_take(&s, bytes, size))
+        fault = "data that are shorter or longer than their array";
+    for (int64_t k = 0; status == PD_OK && !fault && k < count; k++) {
+        value[k] = pdi_vtu_number(v, bytes + (size_t)k * (size_t)each, each, type);
+        if (!(fabs(value[k]) < 1e100)) fault = "a number that is not finite";
+    }
+    PDI_DELETE(v->scan->ctx, size, bytes);
+    return fault && status == PD_OK ? pdi_scan_fail(v->scan, a->tag.begin, "%s", fault) : status;
+}
+
+static pd_status pdi_vtu_ascii(const pdi_vtu *v, const pdi_vtu_array *a, int64_t count, double *value)
+{
+    pdi_scan part = *v->scan;
+    const char *word;
+    part.at = a->body;
+    part.end = a->end;
+    for (int64_t k = 0; k < count; k++) {
+        PDI_TRY(pdi_scan_number(&part, "a number of an array", &value[k]));
+        if (!(fabs(value[k]) < 1e100)) return pdi_scan_fail(&part, part.at, "a number beyond 1e100");
+    }
+    if (pdi_scan_word(&part, &word) == 0) return PD_OK;
+    return pdi_scan_fail(&part, word, "an array of more than its %.0f numbers", (double)count);
+}
+
+/* count numbers of array `which` into memory. */
+static pd_status pdi_vtu_decode(pdi_vtu *v, int which, const char *what, int64_t count)
+{
+    const pdi_vtu_array *a = &v->array[which];
+    pdi_vtu_text format = {"ascii", 5}, text = {"", 0};
+    pdi_vtu_type type;
+    if (!a->found) return pdi_scan_fail(v->scan, v->scan->at, "a piece without its array %s", what);
+    (void)pdi_vtu_attribute(&a->tag, "type", &text);
+    int size = pdi_vtu_kind(text, &type);
+    if (!size) return pdi_scan_fail(v->scan, a->tag.begin, "an array of the type '%.*s', expected Int8 to Float64",
+                                    text.size < 20 ? (int)text.size : 20, text.at);
+    (void)pdi_vtu_attribute(&a->tag, "format", &format);
+    int ascii = pdi_vtu_is(format, "ascii"), appended = pdi_vtu_is(format, "appended");
+    if (!ascii && !appended && !pdi_vtu_is(format, "binary"))
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array of an unknown format");
+    double room = appended ? (double)(v->scan->end - v->scan->text) : (double)(a->end - a->body);
+    room = ascii ? 0.5 * room + 1.0 : room * (v->packed ? PDI_VTU_UNPACKED : 1) / size;
+    if ((double)count > room)
+        return pdi_scan_fail(v->scan, a->tag.begin, "an array of %.0f numbers, which is more than it can hold",
+                             (double)count);
+    PDI_TRY(PDI_NEW(v->scan->ctx, "vtu", count, v->value[which]));
+    v->length[which] = count;
+    return ascii ? pdi_vtu_ascii(v, a, count, v->value[which]) : pdi_vtu_binary(v, a, count, v->value[which]);
+}
+
+/* ---- pieces ---- */
+
+/* The form of a VTK cell and its dimension; -1: not known. */
+static pdi_cell_form pdi_vtu_form(int type, int *dimension)
+{
+    static const int8_t dimensions[15] = {-1, 0, 0, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3};
+    static const int8_t form[15] = {0,
+                                    0,
+                                    0,
+                                    PDI_CELL_LINE,
+                                    0,
+                                    PDI_CELL_TRIANGLE,
+                                    0,
+                                    0,
+                                    PDI_CELL_QUAD,
+                                    PDI_CELL_QUAD,
+                                    PDI_CELL_TETRAHEDRON,
+                                    PDI_CELL_HEXAHEDRON,
+                                    PDI_CELL_HEXAHEDRON,
+                                    PDI_CELL_WEDGE,
+                                    PDI_CELL_PYRAMID};
+    *dimension = type > 0 && type < 15 ? dimensions[type] : -1;
+    return type > 0 && type < 15 ? (pdi_cell_form)form[type] : PDI_CELL_NONE;
+}
+
+/* The region of entry k. */
+static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t *tag)
+{
+    double value = v->value[which] ? v->value[which][k] : 0.0;
+    *tag = 0;
+    if (!(fabs(value) <= 2147483647.0) || value < floor(value) || value > floor(value))
+        return pdi_scan_fail(v->scan, v->array[which].tag.begin, "the tag %g, expected whole numbers of 32 bits",
+                             value);
+    *tag = (int32_t)value;
+    return PD_OK;
+}
+
+/* Cell k, whose corners begin at `first` of the connectivity; *counts += 1 when it has PD_DIM dimensions. */
+static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *counts)
+{
+    static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    const double *corner[8], *node = v->value[PDI_VTU_CONNECTIVITY] + first;
+    double type = v->value[PDI_VTU_TYPES][k];
+    const char *fault, *at = v->array[PDI_VTU_CONNECTIVITY].tag.begin;
+    int dimension, of = type > 0.0 && type < 100.0 ? (int)type : 0;
+    pdi_cell_form form = pdi_vtu_form(of, &dimension);
+    if (dimension < 0 || dimension > PD_DIM || (dimension == PD_DIM && form == PDI_CELL_NONE))
+        return pdi_scan_fail(v->scan, v->array[PDI_VTU_TYPES].tag.begin,
+                             "cell %.0f is of VTK's type %g, expected straight cells of at most %d dimensions",
+                             (double)k, type, PD_DIM);
+    if (dimension < PD_DIM) return PD_OK;
+    if (corners != pdi_points_corners(form))
+        return pdi_scan_fail(v->scan, at, "cell %.0f has %.0f corners, expected %d", (double)k, (double)corners,
+                             pdi_points_corners(form));
+    for (int c = 0; c < (int)corners; c++) {
+        double id = node[of == 8 || of == 11 ? swapped[c] : c];
+        if (!(id >= 0.0) || !(id < (double)v->points) || id > floor(id))
+            return pdi_scan_fail(v->scan, at, "cell %.0f has the point %g of %.0f", (double)k, id, (double)v->points);
+        corner[c] = v->value[PDI_VTU_PLACES] + 3 * (int64_t)id;
+    }
+    int32_t tag;
+    PDI_TRY(pdi_vtu_region(v, PDI_VTU_CELL_TAG, k, &tag));
+    PDI_TRY(pdi_cells_add(v->scan->ctx, &v->cells, form, corner, of == 13, tag, &fault));
+    ++*counts;
+    return fault ? pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault) : PD_OK;
+}
+
+static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
+{
+    double last = 0.0;
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_TYPES, "types", v->count));
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_OFFSETS, "offsets", v->count));
+    for (int64_t k = 0; k < v->count; k++) {
+        double offset = v->value[PDI_VTU_OFFSETS][k];
+        if (!(offset >= last) || offset > floor(offset) || !(offset < 1e15))
+            return pdi_scan_fail(v->scan, v->array[PDI_VTU_OFFSETS].tag.begin, "offsets that do not ascend");
+        last = offset;
+    }
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_CONNECTIVITY, "connectivity", (int64_t)last));
+    if (v->array[PDI_VTU_CELL_TAG].found) PDI_TRY(pdi_vtu_decode(v, PDI_VTU_CELL_TAG, "of tags", v->count));
+    v->cells.sign = 0.0;
+    for (int64_t k = 0, first = 0; k < v->count; k++) {
+        int64_t end = (int64_t)v->value[PDI_VTU_OFFSETS][k];
+        PDI_TRY(pdi_vtu_cell(v, k, first, end - first, counts));
+        first = end;
+    }
+    return PD_OK;
+}
+
+/* The points themselves. */
+static pd_status pdi_vtu_all_points(pdi_vtu *v)
+{
+    double scale = 1.0;
+    for (int d = 0; d < PD_DIM; d++) scale *= v->cells.scale;
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_VOLUME, "volume", v->points));
+    if (v->array[PDI_VTU_POINT_TAG].found) PDI_TRY(pdi_vtu_decode(v, PDI_VTU_POINT_TAG, "of tags", v->points));
+    for (int64_t k = 0; k < v->points; k++) {
+        const double *x = v->value[PDI_VTU_PLACES] + 3 * k;
+        double place[PD_DIM], volume = v->value[PDI_VTU_VOLUME][k] * scale;
+        int32_t tag;
+        for (int d = 0; d < PD_DIM; d++) place[d] = x[d] * v->cells.scale;
+        for (int d = PD_DIM; d < 3; d++)
+            if (fabs(x[d] - v->value[PDI_VTU_PLACES][d]) > 1e-9 * v->cells.extent)
+                return pdi_scan_fail(v->scan, v->array[PDI_VTU_PLACES].tag.begin, "point %.0f lies off the %dD of the"
+                                     " others", (double)k, PD_DIM);
+        if (!(volume > 0.0))
+            return pdi_scan_fail(v->scan, v->array[PDI_VTU_VOLUME].tag.begin, "point %.0f has the volume %g, expected"
+                                 " positive ones", (double)k, v->value[PDI_VTU_VOLUME][k]);
+        PDI_TRY(pdi_vtu_region(v, PDI_VTU_POINT_TAG, k, &tag));
+        PDI_TRY(pdi_points_add(v->scan->ctx, v->cells.points, place, volume, tag));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_piece(pdi_vtu *v, const char *begin)
+{
+    int64_t counts = 0, components;
+    if (v->points == 0 && v->count == 0) return PD_OK;
+    if (v->array[PDI_VTU_PLACES].found) {
+        PDI_TRY(pdi_vtu_integer(v, &v->array[PDI_VTU_PLACES].tag, "NumberOfComponents", 9, 1, &components));
+        if (components != 3) return pdi_scan_fail(v->scan, v->array[PDI_VTU_PLACES].tag.begin, "points of %.0f"
+                                                  " coordinates, expected 3", (double)components);
+    }
+    PDI_TRY(pdi_vtu_decode(v, PDI_VTU_PLACES, "of points", 3 * v->points));
+    for (int64_t k = 0; k < 3 * v->points; k++)
+        v->cells.extent = fmax(v->cells.extent, fabs(v->value[PDI_VTU_PLACES][k] - v->value[PDI_VTU_PLACES][k % 3]));
+    if (v->count) PDI_TRY(pdi_vtu_all_cells(v, &counts));
+    if (counts) return PD_OK;
+    if (v->array[PDI_VTU_VOLUME].found) return pdi_vtu_all_points(v);
+    return pdi_scan_fail(v->scan, begin, "a piece without cells of %d dimensions, and without point data 'volume'",
+                         PD_DIM);
+}
+
+static void pdi_vtu_forget(pdi_vtu *v)
+{
+    for (int k = 0; k < PDI_VTU_ARRAYS; k++) {
+        PDI_DELETE(v->scan->ctx, v->length[k], v->value[k]);
+        v->length[k] = 0;
+    }
+    memset(v->array, 0, sizeof v->array);
+    v->rank = 99;
+}
+
+/* Which array this one is; -1: one that nobody needs. */
+static int pdi_vtu_which(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    static const char *const tags[] = {"tag", "region", "material", "gmsh:physical"};
+    pdi_vtu_text name = {"", 0};
+    (void)pdi_vtu_attribute(tag, "Name", &name);
+    if (v->section == 'P') return PDI_VTU_PLACES;
+    if (v->section == 'C')
+        return pdi_vtu_is(name, "connectivity") ? PDI_VTU_CONNECTIVITY
+               : pdi_vtu_is(name, "offsets")    ? PDI_VTU_OFFSETS
+               : pdi_vtu_is(name, "types")      ? PDI_VTU_TYPES
+                                                : -1;
+    if (v->section == 'p' && pdi_vtu_is(name, "volume")) return PDI_VTU_VOLUME;
+    for (int k = 0; k < 4; k++)
+        if ((v->section == 'c' || v->section == 'p') && pdi_vtu_is(name, tags[k])) {
+            if (v->section == 'p') return v->array[PDI_VTU_POINT_TAG].found ? -1 : PDI_VTU_POINT_TAG;
+            if (k > v->rank) return -1;
+            v->rank = k;
+            return PDI_VTU_CELL_TAG;
+        }
+    return -1;
+}
+
+static void pdi_vtu_keep(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    int which = pdi_vtu_which(v, tag);
+    if (which < 0) return;
+    pdi_vtu_array *a = &v->array[which];
+    a->found = 1;
+    a->tag = *tag;
+    a->body = v->scan->at;
+    a->end = a->body;
+    while (!tag->empty && a->end < v->limit && *a->end != '<') a->end++;
+}
+
+/* ---- the file ---- */
+
+static pd_status pdi_vtu_head(pdi_vtu *v, const pdi_vtu_tag *tag)
+{
+    const uint16_t probe = 1;
+    uint8_t first;
+    pdi_vtu_text text;
+    memcpy(&first, &probe, 1);
+    if (!pdi_vtu_attribute(tag, "type", &text) || !pdi_vtu_is(text, "UnstructuredGrid"))
+        return pdi_scan_fail(v->scan, tag->begin, "no VTKFile of the type UnstructuredGrid");
+    if (pdi_vtu_attribute(tag, "byte_order", &text)) v->swap = pdi_vtu_is(text, "LittleEndian") != (first == 1);
+    v->wide = pdi_vtu_attribute(tag, "header_type", &text) && pdi_vtu_is(text, "UInt64");
+    v->packed = pdi_vtu_attribute(tag, "compressor", &text) && text.size > 0;
+    if (v->packed && !pdi_vtu_is(text, "vtkZLibDataCompressor"))
+        return pdi_scan_fail(v->scan, tag->begin, "data packed by '%.*s', expected vtkZLibDataCompressor",
+                             text.size < 40 ? (int)text.size : 40, text.at);
+    return PD_OK;
+}
+
+/* The appended data begin behind an underscore. */
+static pd_status pdi_vtu_find_appended(pdi_vtu *v)
+{
+    pdi_vtu_tag tag;
+    pdi_vtu_text text;
+    int more;
+    const char *found = strstr(v->scan->text, "<AppendedData");
+    v->limit = v->scan->end;
+    if (!found) return PD_OK;
+    v->scan->at = found;
+    PDI_TRY(pdi_vtu_next(v, &tag, &more));
+    v->plain = pdi_vtu_attribute(&tag, "encoding", &text) && pdi_vtu_is(text, "raw");
+    const char *at = v->scan->at;
+    while (at < v->scan->end && pdi_vtu_blank(*at)) at++;
+    if (at >= v->scan->end || *at != '_') return pdi_scan_fail(v->scan, found, "appended data without their mark '_'");
+    v->appended = at + 1;
+    v->limit = found;
+    v->scan->at = v->scan->text;
+    return PD_OK;
+}
+
+/* What a tag of this name opens or closes; 0: none of these. */
+static int pdi_vtu_section(pdi_vtu_text name)
+{
+    return pdi_vtu_is(name, "Points")      ? 'P'
+           : pdi_vtu_is(name, "Cells")     ? 'C'
+           : pdi_vtu_is(name, "CellData")  ? 'c'
+           : pdi_vtu_is(name, "PointData") ? 'p'
+                                           : 0;
+}
+
+static pd_status pdi_vtu_enter(pdi_vtu *v, const pdi_vtu_tag *tag, int *headed, const char **piece)
+{
+    if (pdi_vtu_is(tag->name, "VTKFile")) {
+        *headed = 1;
+        return pdi_vtu_head(v, tag);
+    }
+    if (!*headed) return pdi_scan_fail(v->scan, tag->begin, "no VTKFile");
+    if (pdi_vtu_is(tag->name, "Piece")) {
+        *piece = tag->empty ? NULL : tag->begin;
+        PDI_TRY(pdi_vtu_integer(v, tag, "NumberOfPoints", INT32_MAX, -1, &v->points));
+        return pdi_vtu_integer(v, tag, "NumberOfCells", INT32_MAX, -1, &v->count);
+    }
+    if (pdi_vtu_is(tag->name, "DataArray") && *piece) pdi_vtu_keep(v, tag);
+    if (pdi_vtu_section(tag->name) && !tag->empty) v->section = pdi_vtu_section(tag->name);
+    return PD_OK;
+}
+
+static pd_status pdi_vtu_file(pdi_vtu *v)
+{
+    int more = 1, headed = 0, ended = 0;
+    const char *piece = NULL;
+    PDI_TRY(pdi_vtu_find_appended(v));
+    while (more && !ended) {
+        pdi_vtu_tag tag;
+        PDI_TRY(pdi_vtu_next(v, &tag, &more));
+        if (!more) break;
+        if (!tag.closes) PDI_TRY(pdi_vtu_enter(v, &tag, &headed, &piece));
+        if (!tag.closes) continue;
+        ended = pdi_vtu_is(tag.name, "UnstructuredGrid");
+        if (pdi_vtu_is(tag.name, "Piece") && piece) {
+            pd_status status = pdi_vtu_piece(v, piece);
+            pdi_vtu_forget(v);
+            PDI_TRY(status);
+            piece = NULL;
+        }
+        if (pdi_vtu_section(tag.name)) v->section = 0;
+    }
+    if (!headed) return pdi_scan_fail(v->scan, v->scan->text, "no VTKFile");
+    return ended ? PD_OK : pdi_scan_fail(v->scan, v->limit, "the file ends before </UnstructuredGrid>");
+}
+
+PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
+{
+    pdi_vtu v;
+    memset(&v, 0, sizeof v);
+    v.scan = scan;
+    v.cells.points = points;
+    v.cells.scale = scale;
+    v.rank = 99;
+    pd_status status = pdi_vtu_file(&v);
+    pdi_vtu_forget(&v);
+    return status;
+}
+
+#undef PDI_VTU_UNPACKED
+
+/* ======== >>io/mesh.c ======== */
+/* mesh: see mesh.h */
+#include <math.h>
+#include <string.h>
+
+/* Largest mesh that is read. */
+#define PDI_MESH_FILE_LIMIT 2147483648
+
+/* ---- tables ---- */
+
+enum { PDI_MESH_VOLUME = 3, PDI_MESH_TAG, PDI_MESH_COLUMNS };
+
+static char pdi_mesh_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
+
+/* "Volume [m3]" is volume. */
+static int pdi_mesh_names(const char *text, const char *name)
+{
+    for (; *name; text++, name++)
+        if (pdi_mesh_lower(*text) != *name) return 0;
+    return !*text || *text == ' ' || *text == '[' || *text == '(';
+}
+
+/* The column of each quantity; -1: there is none. */
+static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
+{
+    static const char *const names[PDI_MESH_COLUMNS] = {"x", "y", "z", "volume", "tag"};
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++) {
+        column[k] = -1;
+        for (int c = 0; c < t->columns; c++) {
+            if (!pdi_mesh_names(pdi_table_text(t, -1, c), names[k])) continue;
+            if (column[k] >= 0)
+                return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
+            column[k] = c;
+        }
+        if ((k < PD_DIM || k == PDI_MESH_VOLUME) && column[k] < 0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
+                            t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
+{
+    const char *text = pdi_table_text(t, row, column);
+    if (pdi_file_parse(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
+                    t->line[row], pdi_table_text(t, -1, column), text);
+}
+
+static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
+                              double *beyond, pd_points *points)
+{
+    double value[PDI_MESH_COLUMNS] = {0.0}, place[PD_DIM], whole = 1.0;
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++)
+        if (column[k] >= 0) PDI_TRY(pdi_mesh_number(ctx, t, row, column[k], &value[k]));
+    for (int d = 0; d < PD_DIM; d++) {
+        place[d] = value[d] * scale;
+        whole *= scale;
+    }
+    for (int d = PD_DIM; d < 3; d++) {
+        if (row == 0) beyond[d] = value[d];
+        if (value[d] < beyond[d] || value[d] > beyond[d])
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: %c = %g, expected %g as in the first row: this program"
+                            " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], beyond[d], PD_DIM);
+    }
+    double volume = value[PDI_MESH_VOLUME] * whole, tag = value[PDI_MESH_TAG];
+    if (!(volume > 0.0) || !(volume < 1e100))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
+                        t->line[row], value[PDI_MESH_VOLUME]);
+    if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
+                        t->line[row], tag);
+    return pdi_points_add(ctx, points, place, volume, (int32_t)tag);
+}
+
+static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    pd_table table;
+    int column[PDI_MESH_COLUMNS];
+    double beyond[3] = {0.0};
+    PDI_TRY(pdi_table_read(ctx, path, &table));
+    pd_status status = pdi_mesh_columns(ctx, &table, column);
+    for (int row = 0; row < table.rows && status == PD_OK; row++)
+        status = pdi_mesh_row(ctx, &table, column, row, scale, beyond, points);
+    pdi_table_free(ctx, &table);
+    return status;
+}
+
+/* ---- files ---- */
+
+static int pdi_mesh_ends(const char *path, const char *ending)
+{
+    size_t size = strlen(path), more = strlen(ending);
+    for (size_t k = 0; k < more; k++)
+        if (size < more || pdi_mesh_lower(path[size - more + k]) != ending[k]) return 0;
+    return 1;
+}
+
+static int pdi_mesh_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
+
+static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    char *text;
+    size_t size;
+    pdi_scan scan;
+    if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "mesh";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    const char *at = text + strspn(text, " \t\r\n");
+    int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
+    pd_status status = PD_OK;
+    if (msh || (!vtu && pdi_mesh_begins(at, "$MeshFormat"))) status = pdi_msh_read(&scan, scale, points);
+    else if (vtu || pdi_mesh_begins(at, "<?xml") || pdi_mesh_begins(at, "<VTKFile"))
+        status = pdi_vtu_read(&scan, scale, points);
+    else table = 1;
+    PDI_DELETE(ctx, size + 1, text);
+    return table ? pdi_mesh_table(ctx, path, scale, points) : status;
+}
+
+pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    memset(points, 0, sizeof *points);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "mesh", "the scale %g, expected a positive one", scale);
+    pd_status status = pdi_mesh_any(ctx, path, scale, points);
+    if (status == PD_OK && points->count == 0)
+        status = pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%.250s: no point, and no cell of %d dimensions", path, PD_DIM);
+    if (status == PD_OK) status = pdi_points_finish(ctx, points);
+    if (status != PD_OK) pd_points_free(ctx, points);
+    return status;
+}
+
+#undef PDI_MESH_FILE_LIMIT
+
+/* ======== >>io/stl.c ======== */
+/* stl: see stl.h */
+#include <math.h>
+#include <string.h>
+
+/* Largest STL file that is read. */
+#define PDI_STL_FILE_LIMIT 2147483648
+/* [byte] of the head of a binary file, and of each of its triangles. */
+#define PDI_STL_HEAD 84
+#define PDI_STL_EACH 50
+
+/* Corners on their way. */
+typedef struct pdi_stl_corners {
+    double *x;             /* [room][9] [m] */
+    int64_t count, room;   /* triangles */
+    double scale, shift[3]; /* [-], [m] */
+} pdi_stl_corners;
+
+static uint32_t pdi_stl_whole(const char *at)
+{
+    const unsigned char *byte = (const unsigned char *)at;
+    return (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
+}
+
+static pd_status pdi_stl_room(pd_ctx *ctx, pdi_stl_corners *c, int64_t room)
+{
+    PDI_TRY(PDI_GROW(ctx, "stl", c->room * 9, room * 9, c->x));
+    c->room = room;
+    return PD_OK;
+}
+
+static double pdi_stl_place(const pdi_stl_corners *c, double x, int axis) { return x * c->scale + c->shift[axis]; }
+
+/* Triangles of a normal, three corners and two bytes, numbers little-endian. */
+static pd_status pdi_stl_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_corners *c)
+{
+    PDI_TRY(pdi_stl_room(ctx, c, count));
+    for (uint32_t k = 0; k < count; k++)
+        for (int n = 0; n < 9; n++) {
+            uint32_t bits = pdi_stl_whole(text + PDI_STL_HEAD + (size_t)PDI_STL_EACH * k + 12 + 4 * n);
+            float value;
+            memcpy(&value, &bits, sizeof value);
+            c->x[9 * (int64_t)k + n] = pdi_stl_place(c, (double)value, n % 3);
+        }
+    c->count = count;
+    return PD_OK;
+}
+
+/* facet normal N N N  outer loop  vertex X Y Z (three times)  endloop  endfacet */
+static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    double value;
+    if (c->count == c->room) PDI_TRY(pdi_stl_room(s->ctx, c, 2 * c->room + 64));
+    PDI_TRY(pdi_scan_expect(s, "normal"));
+    for (int d = 0; d < 3; d++) (void)pdi_scan_word(s, &word);
+    PDI_TRY(pdi_scan_expect(s, "outer"));
+    PDI_TRY(pdi_scan_expect(s, "loop"));
+    for (int p = 0; p < 3; p++) {
+        PDI_TRY(pdi_scan_expect(s, "vertex"));
+        for (int d = 0; d < 3; d++) {
+            PDI_TRY(pdi_scan_number(s, "a coordinate", &value));
+            c->x[9 * c->count + 3 * p + d] = pdi_stl_place(c, value, d);
+        }
+    }
+    PDI_TRY(pdi_scan_expect(s, "endloop"));
+    PDI_TRY(pdi_scan_expect(s, "endfacet"));
+    c->count++;
+    return PD_OK;
+}
+
+static int pdi_stl_is(const char *word, size_t size, const char *name)
+{
+    return size == strlen(name) && memcmp(word, name, size) == 0;
+}
+
+/* solid NAME .. endsolid NAME, once or more often. */
+static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    int open = 0;
+    for (size_t size; (size = pdi_scan_word(s, &word)) > 0;) {
+        if (!open && pdi_stl_is(word, size, "solid")) open = 1;
+        else if (open && pdi_stl_is(word, size, "endsolid")) open = 0;
+        else if (open && pdi_stl_is(word, size, "facet")) {
+            PDI_TRY(pdi_stl_facet(s, c));
+            continue;
+        } else
+            return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word,
+                                 open ? "facet or endsolid" : "solid");
+        pdi_scan_line(s); /* the name */
+    }
+    return open ? pdi_scan_fail(s, s->end, "the file ends before endsolid") : PD_OK;
+}
+
+static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
+{
+    pdi_scan scan;
+    double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
+    double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
+    if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
+        return pdi_stl_binary(ctx, text, (uint32_t)count, c);
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "stl";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    size_t blank = strspn(text, " \t\r\n");
+    if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
+    return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
+                    "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
+                    fmax(count, 0.0), fmax(whole, PDI_STL_HEAD));
+}
+
+pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)
+{
+    char *text;
+    size_t size;
+    pdi_stl_corners c;
+    memset(facets, 0, sizeof *facets);
+    memset(&c, 0, sizeof c);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stl", "the scale %g, expected a positive one", scale);
+    c.scale = scale;
+    for (int d = 0; shift && d < 3; d++) c.shift[d] = shift[d];
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_STL_FILE_LIMIT, &text, &size));
+    pd_status status = pdi_stl_parse(ctx, path, text, size, &c);
+    PDI_DELETE(ctx, size + 1, text);
+    if (status == PD_OK) status = pd_facets_build(ctx, c.x, c.count, facets);
+    PDI_DELETE(ctx, c.room * 9, c.x);
+    return status;
+}
+
+#undef PDI_STL_FILE_LIMIT
+#undef PDI_STL_HEAD
+#undef PDI_STL_EACH
+
 /* ======== >>io/progress.c ======== */
 /* progress: see progress.h */
 #include <stdio.h>
@@ -36253,6 +39503,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->initial);
     for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    for (int k = 0; k < setup->surfaces; k++) {
+        pd_facets_free(ctx, setup->surface[k]);
+        PDI_DELETE(ctx, 1, setup->surface[k]);
+    }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
@@ -36397,6 +39651,17 @@ PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+{
+    int k = setup->surfaces;
+    if (k >= PD_SETUP_SURFACES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
+    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->surface[k]));
+    *surface = setup->surface[k];
+    setup->surfaces++;
+    return PD_OK;
+}
+
 PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
 {
     va_list args;
@@ -36448,8 +39713,9 @@ typedef struct pdi_syntax_section {
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"constants", NULL}, /* any name */
     {"grid", "h, m, box, geometry, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+    {"shape", "box, ball, cylinder, half_space, mask, raw, stl, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, scale, shift, outside, "
+              "kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width, ux, uy, uz"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
@@ -36830,6 +40096,12 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
                  (unsigned)pdi_zlib_crc(0, u->mask[k], u->mask_size[k]));
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
+    for (int k = 0; k < u->surfaces; k++) {
+        const pd_facets *f = u->surface[k];
+        snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
+                 (unsigned)pdi_zlib_crc(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
@@ -36955,7 +40227,7 @@ static pd_status pdi_read_solid_displace(pd_ctx *ctx, pd_text *text, int section
 
 PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
 {
-    pd_setup_grip *grip;
+    pd_setup_grip *grip = NULL;
     int moves = 0;
     if (!u->has_solid)
         return pdi_text_refuse(ctx, text, section, "kind", "found 'grip' without a [solid] section");
@@ -36982,7 +40254,7 @@ static pd_status pdi_read_solid_side(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
     int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
-    pd_setup_grip *grip;
+    pd_setup_grip *grip = NULL;
     if (section < 0) return PD_OK;
     for (int d = 0; d < PD_DIM; d++) any = any || pdi_text_has(s->ctx, s->text, section, pdi_read_solid_moves[d]);
     for (int k = 0; k < 2; k++) any = any || pdi_text_has(s->ctx, s->text, section, loads[k]);
@@ -37127,7 +40399,7 @@ typedef struct pdi_read_shapes {
 } pdi_read_shapes;
 
 static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
-                                               "raw",          "union", "intersect", "difference", NULL};
+                                               "raw",          "stl",   "union",     "intersect",  "difference", NULL};
 typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_BOX = 0,
     PDI_READ_SHAPES_BALL,
@@ -37135,6 +40407,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_HALF_SPACE,
     PDI_READ_SHAPES_MASK,
     PDI_READ_SHAPES_RAW,
+    PDI_READ_SHAPES_STL,
     PDI_READ_SHAPES_UNION,
     PDI_READ_SHAPES_INTERSECT,
     PDI_READ_SHAPES_DIFFERENCE
@@ -37263,6 +40536,25 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
+/* A closed surface. `scale`: the length of one unit of the file. */
+static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
+{
+    char path[PD_PATH_SIZE];
+    double scale, shift[PD_DIM] = {0.0};
+    pd_facets *surface = NULL;
+    shape->type = PD_SHAPE_FACETS;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "stl", s->folder, path));
+    PDI_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
+    if (pdi_text_has(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
+    PDI_TRY(pdi_setup_surface(s->ctx, s->setup, &surface));
+    shape->facets = surface;
+    if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
+        return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+    return PD_OK;
+}
+
 /* Index of an earlier shape of that name. */
 static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
 {
@@ -37307,7 +40599,7 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
     if (found < 0)
         return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
                                "found no geometry, expected one of box, ball, cylinder,"
-                               " half_space, mask, raw, union, intersect, difference");
+                               " half_space, mask, raw, stl, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
@@ -37330,6 +40622,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
     case PDI_READ_SHAPES_MASK:
     case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_STL: PDI_TRY(pdi_read_shapes_stl(s, &shape)); break;
     case PDI_READ_SHAPES_UNION:
     case PDI_READ_SHAPES_INTERSECT:
     case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
@@ -39682,16 +42975,24 @@ static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
-/* 1: the grip holds point i. */
-static int pdi_grip_holds(const pd_grips *g, const pd_setup_grip *grip, int32_t i)
+/* 1: grip k holds point i. */
+static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
 {
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
-    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) == 0;
+    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
 }
 
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+/* Rows beside a side whose bonds feel the end of the body: two horizons, or a quarter of the box. */
+static int pdi_grip_depth(const pd_grips *g, int side)
+{
+    int reach = 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1), quarter = g->structure->grid->n[side / 2] / 4;
+    return reach < quarter ? reach : quarter > 1 ? quarter : 1;
+}
+
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
 {
     const pd_setup_body *b = &setup->metal_body;
     memset(g, 0, sizeof *g);
@@ -39701,9 +43002,10 @@ PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure
         const pd_setup_grip *grip = &b->grip[k];
         double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
         int32_t held = 0;
+        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g, grip->side);
         for (int32_t i = 0; i < structure->count; i++) {
-            if (!pdi_grip_holds(g, grip, i)) continue;
-            held++;
+            if (!pdi_grip_holds(g, k, i)) continue;
+            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
             for (int d = 0; d < PD_DIM; d++)
                 if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
         }
@@ -39717,16 +43019,16 @@ PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure
     return PD_OK;
 }
 
-/* The point behind point i, seen from a side; -1: there is none that bears anything. */
-static int32_t pdi_grip_behind(const pd_grips *g, int32_t i, int side)
+/* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
+static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
 {
     const pd_structure *s = g->structure;
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
-    at[side / 2] += side % 2 ? -1 : 1;
+    at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - row : row;
     if (!pdi_grid_inside(s->grid, at)) return -1;
-    int32_t behind = s->point[pd_grid_node(s->grid, at)];
-    return behind >= 0 && s->stiff[behind] > 0.0 ? behind : -1;
+    int32_t inner = s->point[pd_grid_node(s->grid, at)];
+    return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
 static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
@@ -39736,23 +43038,33 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
                     x[0], t);
 }
 
-/* Displacements of what grip k holds. */
-static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, const pd_setup_grip *grip, double t, double *u)
+/* By how much point i, which side `side` holds, moves more than the face along axis d. */
+static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side;
+    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
+    if (first < 0 || next < 0 || s->held[(int64_t)first * PD_DIM + d] || s->held[(int64_t)next * PD_DIM + d])
+        return 0.0;
+    return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
+}
+
+/* Displacements of what grip k holds. */
+static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, double *u)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const pd_structure *s = g->structure;
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM];
-        if (!pdi_grip_holds(g, grip, i)) continue;
-        int32_t behind = grip->side >= 0 ? pdi_grip_behind(g, i, grip->side) : -1;
+        if (!pdi_grip_holds(g, k, i)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         if (grip->side >= 0)
             x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
         for (int d = 0; d < PD_DIM; d++) {
-            int64_t k = (int64_t)i * PD_DIM + d, other = (int64_t)behind * PD_DIM + d;
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
             PDI_TRY(pdi_grip_finite(ctx, value, x, t));
-            u[k] = value - (behind >= 0 && !s->held[other] ? 0.5 * (u[k] - u[other]) : 0.0);
+            u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
     }
     return PD_OK;
@@ -39800,7 +43112,7 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
     const pd_grips *g = (const pd_grips *)user;
     const pd_setup_body *b = &g->setup->metal_body;
     const pd_structure *s = g->structure;
-    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, &b->grip[k], t, u));
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, k, t, u));
     for (int k = 0; k < b->grips; k++)
         if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
     for (int32_t i = 0; i < s->count && b->weighs; i++) {
@@ -39823,7 +43135,7 @@ PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         double volume = g->structure->body.volume[i];
-        if (!pdi_grip_holds(g, grip, i)) continue;
+        if (!pdi_grip_holds(g, k, i)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t n = (int64_t)i * PD_DIM + d;
             if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);
@@ -40221,6 +43533,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
+    for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 
@@ -40584,7 +43897,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.factor = m->factor;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
-    return pdi_grip_build(ctx, m->setup, &m->structure, &m->grips);
+    return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)

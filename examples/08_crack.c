@@ -74,6 +74,7 @@ int main(int argc, char **argv)
     pd_body body;
     pd_microelastic_desc glass;
     pd_microelastic springs;
+    pd_solid solid;
     pd_verlet_desc motion;
     pd_verlet verlet;
     pd_ctx_init(&ctx);
@@ -93,7 +94,8 @@ int main(int argc, char **argv)
     memset(&motion, 0, sizeof motion);
     motion.density = 2440.0;
     motion.load = load;
-    must(pd_verlet_build(&ctx, &springs, &motion, &verlet));
+    solid = pd_microelastic_solid(&springs);
+    must(pd_verlet_build(&ctx, &solid, &motion, &verlet));
 
     for (int frame = 1; frame <= 10; frame++) {
         double tip = 0.0;

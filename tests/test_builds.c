@@ -10,9 +10,11 @@
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
 #include "run/observe.h"
+#include "io/mesh.h"
 #include "io/png.h"
 #include "run/coarser.h"
 #include "solid/finite.h"
+#include "solid/microelastic.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
@@ -116,6 +118,7 @@ static int ready(lab *l)
     put("pin.scene", pin, sizeof pin - 1);
     put("pit.scene", pit, sizeof pit - 1);
     put("pit.csv", "x,y\n1,2\n", 8);
+    put("points.csv", "x,y,z,volume\n1,2,3,4\n", 21);
     dot.width = dot.height = 1;
     dot.channels = 3;
     dot.pixels = (uint8_t *)"abc";
@@ -418,7 +421,34 @@ BUILD(verlet, pd_verlet)
     pd_verlet_desc d;
     memset(&d, 0, sizeof d);
     d.density = l->wrong ? -1.0 : 1.0;
-    return pd_verlet_build(ctx, &l->springs, &d, o);
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_verlet_build(ctx, &solid, &d, o);
+}
+
+static pd_status no_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
+{
+    (void)ctx, (void)user, (void)t, (void)u, (void)load;
+    return PD_OK;
+}
+
+BUILD(quasi_static, pd_quasi_static)
+{
+    pd_quasi_static_desc d;
+    memset(&d, 0, sizeof d);
+    d.load = no_load;
+    d.stretch = l->wrong ? -1.0 : 0.0;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_quasi_static_build(ctx, &solid, &d, o);
+}
+
+BUILD(structure, pd_structure)
+{
+    pd_structure_desc d;
+    memset(&d, 0, sizeof d);
+    d.m = 2.0;
+    d.elastic.young = l->wrong ? 0.0 : 1.0;
+    d.load = no_load;
+    return pd_structure_build(ctx, &l->pin.grid, &d, o);
 }
 
 BUILD(sweep, pd_sweep)
@@ -445,6 +475,15 @@ BUILD(scene, pd_setup) { return pdi_scene_build(ctx, "pin", l->wrong ? "no scene
 
 INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
+BUILD(facets, pd_facets)
+{
+    static const double corner[36] = {0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1,
+                                      0, 0, 0, 0, 0, 1, 0, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    return pd_facets_build(ctx, corner, l->wrong ? 3 : 4, o);
+}
+
+BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.csv" : "points.csv"), 1.0, o); }
+
 INNER(image, pd_image) { return pdi_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
 
 /* ---- all of them ---- */
@@ -470,15 +509,16 @@ static const entry builds[] = {
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
     ROW(microelastic, pd_microelastic, 1, 1)
-    ROW(verlet, pd_verlet, 1, 1)
+    ROW(verlet, pd_verlet, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
+    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
 };
 #undef ROW
 /* others: what is read from files, and a second build of one type */
-enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 4 };
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 5 };
 
 static int all_zero(const void *object, size_t size)
 {

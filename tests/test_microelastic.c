@@ -2,6 +2,7 @@
  * dims: 1 2 3 */
 #include "io/store.h"
 #include "random.h"
+#include "solid/microelastic.h"
 #include "solid/verlet.h"
 #include "test.h"
 #include <math.h>
@@ -55,7 +56,8 @@ static int springs(bar_case *c, double fracture, pd_plane plane, pd_influence in
 
 static int moves(bar_case *c, const pd_verlet_desc *desc)
 {
-    return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &c->material, desc, &c->verlet));
+    pd_solid solid = pd_microelastic_solid(&c->material);
+    return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &solid, desc, &c->verlet));
 }
 
 static void end(bar_case *c)
@@ -246,6 +248,88 @@ TEST(longest_step)
     end(c);
 }
 
+/* ---- what solvers see ---- */
+
+static double product(const bar_case *c, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int32_t k = 0; k < c->body.count * PD_DIM; k++) sum += c->volume[k / PD_DIM] * a[k] * b[k];
+    return sum;
+}
+
+/* Of any large displacements with broken bonds: forces are the derivative of the energy, `tangent` of the forces by
+ * differences of fourth order, and symmetric; densities add up to the energy and pulls to the forces. Blocks are
+ * symmetric and positive, also under pressure. */
+TEST(table)
+{
+    static double u[MOST * PD_DIM], force[MOST * PD_DIM], du[MOST * PD_DIM], dv[MOST * PD_DIM], fu[MOST * PD_DIM];
+    static double fv[MOST * PD_DIM], moved[MOST * PD_DIM], near[4][MOST * PD_DIM], block[MOST * PD_DIM * PD_DIM];
+    static const double part[4] = {-2.0, -1.0, 1.0, 2.0}, share[4] = {1.0, -8.0, 8.0, -1.0};
+    int n[3] = {9, 7, 5};
+    uint32_t seed = 4;
+    bar_case *c = box(n, 1e-4, 2.0);
+    if (!c) return;
+    for (int32_t i = 0; i < c->body.count; i++)
+        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
+            c->body.broken[b] = PD_DIM > 1 && (i + c->body.column[b]) % 5 == 0;
+    if (!springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
+    pd_solid solid = pd_microelastic_solid(&c->material);
+    for (int way = 0; way < 2; way++) {
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
+            u[k] = (way ? -0.3 : 0.2) * c->position[k] + 1e-5 * random_real(&seed);
+            du[k] = random_real(&seed);
+            dv[k] = random_real(&seed);
+        }
+        double step = 1e-8, off = 0.0, work = 0.0, energy = 0.0;
+        for (int q = 0; q < 4; q++) {
+            for (int32_t k = 0; k < c->body.count * PD_DIM; k++) moved[k] = u[k] + part[q] * step * du[k];
+            if (!CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, moved, near[q]))) return;
+            work -= share[q] * solid.energy(&c->ctx, solid.self, moved) / (12.0 * step);
+        }
+        if (!CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, u, force))) return;
+        solid.tangent(&c->ctx, solid.self, du, fu);
+        solid.tangent(&c->ctx, solid.self, dv, fv);
+        CHECK_REL(work, product(c, force, du), 1e-6);
+        CHECK_REL(product(c, fu, dv), product(c, fv, du), 1e-12);
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
+            double differs = fu[k];
+            for (int q = 0; q < 4; q++) differs -= share[q] * near[q][k] / (12.0 * step);
+            moved[k] = differs;
+        }
+        off = sqrt(product(c, moved, moved) / product(c, fu, fu));
+        CHECK_LE(off, 1e-8);
+        solid.density(&c->ctx, solid.self, u, moved);
+        for (int32_t i = 0; i < c->body.count; i++) energy += c->volume[i] * moved[i];
+        CHECK_REL(energy, solid.energy(&c->ctx, solid.self, u), 1e-13);
+        memset(moved, 0, sizeof moved);
+        for (int32_t i = 0; i < c->body.count; i++)
+            for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+                double pull[PD_DIM];
+                int32_t j = c->body.column[b];
+                solid.pull(solid.self, u, i, b, pull);
+                for (int d = 0; d < PD_DIM; d++) moved[i * PD_DIM + d] += c->volume[j] * pull[d];
+                for (int d = 0; d < PD_DIM; d++) moved[j * PD_DIM + d] -= c->volume[i] * pull[d];
+            }
+        for (int32_t k = 0; k < c->body.count * PD_DIM; k++) moved[k] -= force[k];
+        CHECK_LE(sqrt(product(c, moved, moved) / product(c, force, force)), 1e-12);
+        solid.blocks(&c->ctx, solid.self, block);
+        for (int32_t i = 0; i < c->body.count; i++) {
+            const double *a = block + (int64_t)i * PD_DIM * PD_DIM;
+            double x[PD_DIM], sum = 0.0;
+            for (int d = 0; d < PD_DIM; d++) x[d] = random_real(&seed);
+            for (int k = 0; k < PD_DIM * PD_DIM; k++) {
+                sum += a[k] * x[k / PD_DIM] * x[k % PD_DIM];
+                CHECK(a[k] <= a[k % PD_DIM * PD_DIM + k / PD_DIM] && a[k] >= a[k % PD_DIM * PD_DIM + k / PD_DIM]);
+            }
+            CHECK(sum > 0.0);
+        }
+        NOTE("tangent off by %.1e", off);
+    }
+    for (int d = 0; d < PD_DIM; d++) u[d] = u[PD_DIM + d] + c->position[PD_DIM + d] - c->position[d];
+    CHECK_INT(solid.force(&c->ctx, solid.self, u, force), PD_RETRY);
+    end(c);
+}
+
 /* ---- cracks that run ---- */
 
 /* A run that goes on from its state at half way ends with the same bits. */
@@ -349,5 +433,5 @@ TEST(plate)
 #define OF_2D
 #endif
 
-TEST_MAIN(ENTRY(moduli) ENTRY(cracks) ENTRY(rotation) OF_1D ENTRY(waves) ENTRY(longest_step)
+TEST_MAIN(ENTRY(moduli) ENTRY(cracks) ENTRY(rotation) OF_1D ENTRY(waves) ENTRY(longest_step) ENTRY(table)
               ENTRY(goes_on) OF_2D)

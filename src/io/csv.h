@@ -10,7 +10,7 @@
 #include "io/file.h"
 
 #define PD_CSV_COLUMNS 256       /* most columns of a table */
-#define PD_CSV_FILE_LIMIT 67108864 /* [byte] largest table that is read */
+#define PD_CSV_FILE_LIMIT 536870912 /* [byte] largest table that is read */
 
 /* Rows on their way to a file. Zero-initialise. */
 typedef struct pd_csv {

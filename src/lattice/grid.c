@@ -263,6 +263,9 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
         } else if (s->type == PD_SHAPE_VOXELS) {
             lo[d] = s->a[d];
             hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+        } else if (s->type == PD_SHAPE_FACETS) {
+            lo[d] = s->facets->box[d];
+            hi[d] = s->facets->box[3 + d];
         }
     }
     int hull = s->type == PD_SHAPE_UNION, cut = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;

@@ -131,6 +131,7 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
     case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
     case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
+    case PD_SHAPE_FACETS: return pdi_facets_distance(s->facets, x);
     case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
@@ -248,6 +249,10 @@ static pd_status pdi_shape_check(pd_ctx *ctx, const pd_shape *shapes, int k)
     case PD_SHAPE_CYLINDER: return pdi_shape_check_round(ctx, s, k, "cylinder");
     case PD_SHAPE_HALF_SPACE: return pdi_shape_check_half_space(ctx, s, k);
     case PD_SHAPE_VOXELS: return pdi_shape_check_voxels(ctx, s, k);
+    case PD_SHAPE_FACETS:
+        if (PD_DIM == 3 && s->facets && s->facets->count > 0) return PD_OK;
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (facets) in %dD with%s a surface, expected 3D and a "
+                        "surface", k, PD_DIM, s->facets ? "" : "out");
     case PD_SHAPE_UNION: return pdi_shape_check_children(ctx, shapes, k, "union");
     case PD_SHAPE_INTERSECT: return pdi_shape_check_children(ctx, shapes, k, "intersection");
     case PD_SHAPE_DIFFERENCE: return pdi_shape_check_children(ctx, shapes, k, "difference");

@@ -5,7 +5,7 @@
  */
 #ifndef PD_SHAPE_H
 #define PD_SHAPE_H
-#include "core/base.h"
+#include "lattice/facets.h"
 
 typedef enum pd_shape_type {
     PD_SHAPE_NONE = 0,
@@ -15,6 +15,7 @@ typedef enum pd_shape_type {
                           * cut: axis 0 the slab |y - a_y| < r, axis 1 |x - a_x| < r, axis 2 a disc. 1D: |x - a| < r */
     PD_SHAPE_HALF_SPACE, /* points with (x - a) . b < 0; b need not have unit length */
     PD_SHAPE_VOXELS,     /* mask of n[] cells from corner a with spacing b; nearest cell decides */
+    PD_SHAPE_FACETS,     /* 3D: a closed surface of triangles */
     PD_SHAPE_UNION,      /* of children first .. first+count-1 in the child list */
     PD_SHAPE_INTERSECT,
     PD_SHAPE_DIFFERENCE, /* first child minus the others */
@@ -28,6 +29,7 @@ typedef struct pd_shape {
     int axis;
     int child[8], children;      /* indices of earlier shapes of the array */
     const uint8_t *mask;         /* PD_SHAPE_VOXELS: non-zero is inside, axis 0 fastest; borrowed */
+    const pd_facets *facets;     /* PD_SHAPE_FACETS: the surface; borrowed */
     int n[PD_DIM];
 } pd_shape;
 

@@ -382,6 +382,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_output(u, b);
     b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
+    for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
 }
 

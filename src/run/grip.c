@@ -17,16 +17,24 @@ static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
-/* 1: the grip holds point i. */
-static int pdi_grip_holds(const pd_grips *g, const pd_setup_grip *grip, int32_t i)
+/* 1: grip k holds point i. */
+static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
 {
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
-    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) == 0;
+    if (grip->side >= 0) return pdi_grip_row(g, i, grip->side) < g->rows[k];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
 }
 
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+/* Rows beside a side whose bonds feel the end of the body: two horizons, or a quarter of the box. */
+static int pdi_grip_depth(const pd_grips *g, int side)
+{
+    int reach = 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1), quarter = g->structure->grid->n[side / 2] / 4;
+    return reach < quarter ? reach : quarter > 1 ? quarter : 1;
+}
+
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
 {
     const pd_setup_body *b = &setup->metal_body;
     memset(g, 0, sizeof *g);
@@ -36,9 +44,10 @@ PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure
         const pd_setup_grip *grip = &b->grip[k];
         double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
         int32_t held = 0;
+        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g, grip->side);
         for (int32_t i = 0; i < structure->count; i++) {
-            if (!pdi_grip_holds(g, grip, i)) continue;
-            held++;
+            if (!pdi_grip_holds(g, k, i)) continue;
+            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
             for (int d = 0; d < PD_DIM; d++)
                 if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
         }
@@ -52,16 +61,16 @@ PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure
     return PD_OK;
 }
 
-/* The point behind point i, seen from a side; -1: there is none that bears anything. */
-static int32_t pdi_grip_behind(const pd_grips *g, int32_t i, int side)
+/* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
+static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
 {
     const pd_structure *s = g->structure;
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
-    at[side / 2] += side % 2 ? -1 : 1;
+    at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - row : row;
     if (!pdi_grid_inside(s->grid, at)) return -1;
-    int32_t behind = s->point[pd_grid_node(s->grid, at)];
-    return behind >= 0 && s->stiff[behind] > 0.0 ? behind : -1;
+    int32_t inner = s->point[pd_grid_node(s->grid, at)];
+    return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
 static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
@@ -71,23 +80,33 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
                     x[0], t);
 }
 
-/* Displacements of what grip k holds. */
-static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, const pd_setup_grip *grip, double t, double *u)
+/* By how much point i, which side `side` holds, moves more than the face along axis d. */
+static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side;
+    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
+    if (first < 0 || next < 0 || s->held[(int64_t)first * PD_DIM + d] || s->held[(int64_t)next * PD_DIM + d])
+        return 0.0;
+    return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
+}
+
+/* Displacements of what grip k holds. */
+static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, double *u)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const pd_structure *s = g->structure;
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM];
-        if (!pdi_grip_holds(g, grip, i)) continue;
-        int32_t behind = grip->side >= 0 ? pdi_grip_behind(g, i, grip->side) : -1;
+        if (!pdi_grip_holds(g, k, i)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         if (grip->side >= 0)
             x[grip->side / 2] = grip->side % 2 ? g->setup->hi[grip->side / 2] : g->setup->lo[grip->side / 2];
         for (int d = 0; d < PD_DIM; d++) {
-            int64_t k = (int64_t)i * PD_DIM + d, other = (int64_t)behind * PD_DIM + d;
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
             PDI_TRY(pdi_grip_finite(ctx, value, x, t));
-            u[k] = value - (behind >= 0 && !s->held[other] ? 0.5 * (u[k] - u[other]) : 0.0);
+            u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
     }
     return PD_OK;
@@ -135,7 +154,7 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
     const pd_grips *g = (const pd_grips *)user;
     const pd_setup_body *b = &g->setup->metal_body;
     const pd_structure *s = g->structure;
-    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, &b->grip[k], t, u));
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_move(ctx, g, k, t, u));
     for (int k = 0; k < b->grips; k++)
         if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_grip_pull(ctx, g, k, t, load));
     for (int32_t i = 0; i < s->count && b->weighs; i++) {
@@ -158,7 +177,7 @@ PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         double volume = g->structure->body.volume[i];
-        if (!pdi_grip_holds(g, grip, i)) continue;
+        if (!pdi_grip_holds(g, k, i)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t n = (int64_t)i * PD_DIM + d;
             if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);

@@ -7,16 +7,18 @@
 typedef struct pd_grips {
     const pd_setup *setup;
     pd_structure *structure;
+    int rows[PD_SETUP_GRIPS];    /* of nodes beside a side that it holds */
     double area[PD_SETUP_GRIPS]; /* [m^(d-1)] of metal on a side at the start */
 } pd_grips;
 
 #ifdef PDI_INTERNAL
 /* Find what the grips of the setup hold, and say so in structure->held. PD_ERR_GEOMETRY: a grip that touches no metal.
  * All is borrowed. */
-PDI_FN pd_status pdi_grip_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
-/* A pd_load_fn; user is the pd_grips. A side moves its face: the row of nodes beside it is half a cell inside and moves
- * as the strain there says. A traction acts on the metal that the side had at the start: the load stays as metal goes.
- * PD_ERR_STATE: a value is not finite, or no metal is left to bear a traction. */
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
+/* A pd_load_fn; user is the pd_grips. A side moves its face. It holds the rows of nodes beside it as far as bonds feel
+ * that the body ends there; they move with the face and by the strain of the first rows that are free. A traction acts
+ * on the metal that the side had at the start: the load stays as metal goes. PD_ERR_STATE: a value is not finite, or
+ * too little metal is left to bear a traction. */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load);
 /* Force [N] (per m in 2D, per m2 in 1D) that grip k puts on the body, in the last balance. */
 PDI_FN void pdi_grip_reaction(const pd_grips *grips, int k, double *force);

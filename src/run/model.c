@@ -326,7 +326,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.factor = m->factor;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
-    return pdi_grip_build(ctx, m->setup, &m->structure, &m->grips);
+    return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)

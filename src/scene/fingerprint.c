@@ -68,6 +68,12 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
                  (unsigned)pdi_zlib_crc(0, u->mask[k], u->mask_size[k]));
         PDI_TRY(pdi_fingerprint_add(ctx, u, line));
     }
+    for (int k = 0; k < u->surfaces; k++) {
+        const pd_facets *f = u->surface[k];
+        snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
+                 (unsigned)pdi_zlib_crc(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
+        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
     return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;

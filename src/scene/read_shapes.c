@@ -1,6 +1,7 @@
 /* read_shapes: see read_shapes.h */
 #include "scene/read_shapes.h"
 #include "io/png.h"
+#include "io/stl.h"
 #include "scene/named_files.h"
 #include "scene/read_solid.h"
 #include <math.h>
@@ -31,7 +32,7 @@ typedef struct pdi_read_shapes {
 } pdi_read_shapes;
 
 static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
-                                               "raw",          "union", "intersect", "difference", NULL};
+                                               "raw",          "stl",   "union",     "intersect",  "difference", NULL};
 typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_BOX = 0,
     PDI_READ_SHAPES_BALL,
@@ -39,6 +40,7 @@ typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_HALF_SPACE,
     PDI_READ_SHAPES_MASK,
     PDI_READ_SHAPES_RAW,
+    PDI_READ_SHAPES_STL,
     PDI_READ_SHAPES_UNION,
     PDI_READ_SHAPES_INTERSECT,
     PDI_READ_SHAPES_DIFFERENCE
@@ -167,6 +169,25 @@ static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form f
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
+/* A closed surface. `scale`: the length of one unit of the file. */
+static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
+{
+    char path[PD_PATH_SIZE];
+    double scale, shift[PD_DIM] = {0.0};
+    pd_facets *surface = NULL;
+    shape->type = PD_SHAPE_FACETS;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
+    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "stl", s->folder, path));
+    PDI_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
+    if (pdi_text_has(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
+    PDI_TRY(pdi_setup_surface(s->ctx, s->setup, &surface));
+    shape->facets = surface;
+    if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
+        return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+    return PD_OK;
+}
+
 /* Index of an earlier shape of that name. */
 static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
 {
@@ -211,7 +232,7 @@ static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form 
     if (found < 0)
         return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
                                "found no geometry, expected one of box, ball, cylinder,"
-                               " half_space, mask, raw, union, intersect, difference");
+                               " half_space, mask, raw, stl, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
@@ -234,6 +255,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
     case PDI_READ_SHAPES_MASK:
     case PDI_READ_SHAPES_RAW: PDI_TRY(pdi_read_shapes_mask(s, form, &shape)); break;
+    case PDI_READ_SHAPES_STL: PDI_TRY(pdi_read_shapes_stl(s, &shape)); break;
     case PDI_READ_SHAPES_UNION:
     case PDI_READ_SHAPES_INTERSECT:
     case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;

@@ -33,7 +33,7 @@ static pd_status pdi_read_solid_displace(pd_ctx *ctx, pd_text *text, int section
 
 PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
 {
-    pd_setup_grip *grip;
+    pd_setup_grip *grip = NULL;
     int moves = 0;
     if (!u->has_solid)
         return pdi_text_refuse(ctx, text, section, "kind", "found 'grip' without a [solid] section");
@@ -60,7 +60,7 @@ static pd_status pdi_read_solid_side(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
     int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
-    pd_setup_grip *grip;
+    pd_setup_grip *grip = NULL;
     if (section < 0) return PD_OK;
     for (int d = 0; d < PD_DIM; d++) any = any || pdi_text_has(s->ctx, s->text, section, pdi_read_solid_moves[d]);
     for (int k = 0; k < 2; k++) any = any || pdi_text_has(s->ctx, s->text, section, loads[k]);

@@ -4,6 +4,7 @@
  *   [grid]       h = 5 um (one length or one for each axis)  m = 3  box = a .. b, c .. d  threads = 2
  *   [shape NAME] one of  box = a .. b, ... | ball = centre  radius = r | cylinder = x|y|z  centre  radius |
  *                half_space = yes  point  normal | mask = file.png  corner  cell | raw = file  size  corner  cell |
+ *                stl = file  scale  shift (3D) |
  *                union|intersect|difference = NAME, NAME;  outside = yes: the complement
  *                kind = solid|wall (C = held)|medium (D = its diffusivity)|passive (with corrode: fluid there does not
  *                attack)|part  material = mg4ag|steel304|copper|alloy625

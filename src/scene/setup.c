@@ -78,6 +78,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_expr_free(ctx, &setup->initial);
     for (int k = 0; k < setup->metals; k++) pdi_expr_free(ctx, &setup->metal[k].rate);
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
+    for (int k = 0; k < setup->surfaces; k++) {
+        pd_facets_free(ctx, setup->surface[k]);
+        PDI_DELETE(ctx, 1, setup->surface[k]);
+    }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
@@ -219,6 +223,17 @@ PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8
     setup->mask_size[k] = size;
     *mask = setup->mask[k];
     setup->masks++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+{
+    int k = setup->surfaces;
+    if (k >= PD_SETUP_SURFACES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
+    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->surface[k]));
+    *surface = setup->surface[k];
+    setup->surfaces++;
     return PD_OK;
 }
 

@@ -19,6 +19,7 @@
 #define PD_SETUP_MONITORS 32 /* most monitors */
 #define PD_SETUP_NOTES 48 /* most notes */
 #define PD_SETUP_MASKS 8 /* most masks */
+#define PD_SETUP_SURFACES 8 /* most surfaces of triangles */
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
@@ -228,6 +229,8 @@ typedef struct pd_setup {
     uint8_t *mask[PD_SETUP_MASKS];     /* voxels that shapes borrow */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
+    pd_facets *surface[PD_SETUP_SURFACES]; /* that shapes borrow */
+    int surfaces;
     pd_setup_side side[2 * PD_DIM];    /* x-, x+, y-, ... */
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* metal goes */
@@ -349,6 +352,8 @@ PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
 PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Free the measured points. */
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
+/* Room for a surface of triangles, all zero; the setup owns it. */
+PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
 /* Take a mask of `size` bytes; the setup owns it. */
 PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* A line for the summary. Lines beyond the room are dropped. */

@@ -10,8 +10,9 @@ typedef struct pdi_syntax_section {
 static const pdi_syntax_section pdi_syntax_table[] = {
     {"constants", NULL}, /* any name */
     {"grid", "h, m, box, geometry, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, outside, kind, C, material, D, grains, grain_spread, grain_seed, "
+    {"shape", "box, ball, cylinder, half_space, mask, raw, stl, union, intersect, difference, radius, centre, "
+              "point, normal, corner, cell, size, scale, shift, outside, "
+              "kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width, ux, uy, uz"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},

@@ -7,6 +7,8 @@
 
 /* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
 #define PDI_BODY_ROUNDING 1e-9
+/* Parts of cells are kept for horizons of fewer spacings. */
+#define PDI_BODY_KEPT 30
 
 /* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
 typedef struct pdi_body_cells {
@@ -39,6 +41,9 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
     PDI_ARRAY(owner, body, volume, body->count, "m^d");
     PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+    int64_t parts = 1;
+    for (int d = 0; d < PD_DIM; d++) parts *= body->cells;
+    PDI_ARRAY(owner, body, part, parts, "1");
 }
 
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
@@ -56,9 +61,10 @@ static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
     PDI_DELETE(ctx, points, c->at);
 }
 
-/* Length of the longest bond [m]. */
+/* Length of the longest bond [m], or more. */
 static double pdi_body_reach(const pd_body *body)
 {
+    if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
@@ -140,6 +146,14 @@ static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cel
     return PD_OK;
 }
 
+/* Is a point at xi [m] of the square length in the family? */
+static int pdi_body_belongs(const pd_body *body, const double *xi, double square, double reach)
+{
+    if (square > reach * reach) return 0;
+    if (body->rim == PD_RIM_EXACT) return pdi_rim_meets(xi, body->spacing, body->horizon);
+    return !(body->spacing > 0.0) || sqrt(square) < reach;
+}
+
 /* The family of point i as ranks, into `to` where that is not NULL; how many. */
 static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
 {
@@ -158,12 +172,12 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
         if (!inside) continue;
         for (int32_t p = c->first[cell]; p < c->first[cell + 1]; p++) {
             int32_t j = c->point[p];
-            double square = 0.0;
+            double xi[PD_DIM], square = 0.0;
             for (int d = 0; d < PD_DIM; d++) {
-                double xi = body->position[(int64_t)j * PD_DIM + d] - x[d];
-                square += xi * xi;
+                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                square += xi[d] * xi[d];
             }
-            if (j == i || square > reach * reach || (body->spacing > 0.0 && !(sqrt(square) < reach))) continue;
+            if (j == i || !pdi_body_belongs(body, xi, square, reach)) continue;
             if (to) to[found] = c->rank[j];
             found++;
         }
@@ -196,10 +210,40 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     return PD_OK;
 }
 
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, double r)
+/* Parts of the cells of a lattice. */
+static void pdi_body_parts(pd_body *body)
 {
-    double inside = body->horizon + 0.5 * body->spacing - r;
+    int64_t all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= body->cells;
+    for (int64_t k = 0; k < all; k++) {
+        double xi[PD_DIM];
+        int64_t rest = k;
+        for (int d = 0; d < PD_DIM; d++, rest /= body->cells) xi[d] = (double)(rest % body->cells) * body->spacing;
+        body->part[k] = pdi_rim_part(xi, body->spacing, body->horizon);
+    }
+}
+
+/* The part of the cell at xi: that of the place of the lattice which it is at, or its own. */
+static double pdi_body_exact(const pd_body *body, const double *xi)
+{
+    int64_t place = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double at = fabs(xi[d]) / body->spacing, near = floor(at + 0.5);
+        if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->cells))
+            return pdi_rim_part(xi, body->spacing, body->horizon);
+        place = place * body->cells + (int64_t)near;
+    }
+    return body->part[place];
+}
+
+PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
+    double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
     double part = inside < body->spacing ? inside / body->spacing : 1.0;
+    if (body->rim == PD_RIM_EXACT) part = pdi_body_exact(body, xi);
+    else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
     if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
     return part;
@@ -248,6 +292,9 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
+    if (desc->rim != PD_RIM_LINEAR && (desc->rim != PD_RIM_EXACT || !(desc->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "rim %d with a spacing of %g m, expected one of pd_rim, and a"
+                        " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
@@ -270,7 +317,11 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
+    body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
+    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
+        body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
+    if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
     pdi_body_divide(body, cells);
@@ -297,3 +348,4 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+#undef PDI_BODY_KEPT

@@ -108,8 +108,7 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double xi[PD_DIM];
         pdi_body_bond(e->body, i, b, xi);
-        double r = sqrt(pdi_elastic_dot(xi, xi));
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, r);
+        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
     }
 }
 

@@ -17,20 +17,7 @@
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
-typedef struct pdi_equilibrium {
-    pd_ctx *ctx;
-    const pd_solid *solid;
-    const pd_equilibrium_desc *desc;
-    const double *load;
-    int64_t n;     /* components of all points */
-    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
-    double *rest;  /* [n] [N] */
-    double *step;  /* [n] [m] */
-    double *trial; /* [n] [m] of materials that are not linear */
-    pd_krylov krylov;
-} pdi_equilibrium;
-
-static void pdi_equilibrium_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
@@ -38,8 +25,6 @@ static void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
 }
-
-static int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k) { return q->desc->held && q->desc->held[k]; }
 
 /* y = -V df of what is free, along x. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
@@ -50,12 +35,12 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* What is not in balance at u, into rest [N]. Returns its norm. */
-static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u, double *norm)
 {
     const double *volume = q->solid->body->volume;
     double sum = 0.0;
-    PDI_TRY(q->solid->force(q->ctx, q->solid->self, u, q->rest));
+    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
+    if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
         double given = q->rest[k] + (q->load ? q->load[k] : 0.0);
         q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * given;
@@ -65,7 +50,7 @@ static pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
     return PD_OK;
 }
 
-static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
+PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
@@ -77,8 +62,7 @@ static void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         }
 }
 
-/* Inverse blocks. Components that are held are left out. */
-static void pdi_equilibrium_blocks(const pdi_equilibrium *q)
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 {
     int32_t count = q->solid->body->count;
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
@@ -227,14 +211,28 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     return norm > target ? PD_RETRY : PD_OK;
 }
 
-/* Memory, and what can be refused. */
-static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
-    pd_krylov_desc kd;
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
     if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status == PD_RETRY)
+        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
+                        "state of the %s material: take shorter steps", q->solid->name);
+    if (status < 0) return status;
+    q->size = pdi_equilibrium_size(q, u);
+    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    return pdi_equilibrium_rest(q, u, norm);
+}
+
+static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    pd_krylov_desc kd;
+    pd_status status;
+    PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
@@ -242,21 +240,7 @@ static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
     kd.zero_guess = 1;
     kd.rtol = 1e-15;
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    return pdi_krylov_build(q->ctx, &kd, &q->krylov);
-}
-
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
-{
-    double norm, size, target;
-    PDI_TRY(pdi_equilibrium_prepare(q, u));
-    pd_status status = pdi_equilibrium_rest(q, u, &norm);
-    if (status == PD_RETRY)
-        return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
-                        "state of the %s material: take shorter steps", q->solid->name);
-    if (status < 0) return status;
-    size = pdi_equilibrium_size(q, u);
-    PDI_TRY(pdi_equilibrium_rest(q, u, &norm));
-    target = size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
     if (q->solid->linear) {
         pdi_equilibrium_blocks(q);
         status = pdi_equilibrium_linear(q, target, result);
@@ -269,7 +253,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
                         "their moments");
-    result->residual = size > 0.0 ? result->residual / size : 0.0;
+    result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
 

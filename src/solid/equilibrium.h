@@ -7,6 +7,7 @@
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
 #include "solid/solid.h"
+#include "solve/krylov.h"
 
 typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is; NULL: all are free. Borrowed */
@@ -33,6 +34,34 @@ PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const 
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #ifdef PDI_INTERNAL
+/* A solve of displacements. */
+typedef struct pdi_equilibrium {
+    pd_ctx *ctx;
+    const pd_solid *solid;
+    const pd_equilibrium_desc *desc;
+    const double *load;
+    int64_t n;     /* components of all points */
+    double size;   /* [N] of the problem, which residuals are over */
+    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
+    double *rest;  /* [n] [N] */
+    double *step;  /* [n] [m] */
+    double *trial; /* [n] [m] of materials that are not linear */
+    pd_krylov krylov;
+} pdi_equilibrium;
+
+static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
+{
+    return q->desc->held && q->desc->held[k];
+}
+PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
+/* Memory, what can be refused, what is not in balance at u and its norm, the norm [N] to be met. */
+PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
+/* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
+PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
+/* Inverse blocks. Components that are held are left out. */
+PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
+/* y [m] = the inverse blocks times x [N]. */
+PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);

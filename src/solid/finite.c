@@ -78,8 +78,7 @@ static void pdi_finite_bonds(const pd_finite *f, int32_t i)
         int32_t j = body->column[b];
         f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
         pdi_body_bond(body, i, b, xi);
-        double r = sqrt(pdi_tensor_dot(xi, xi));
-        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, r);
+        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
     }
 }
 
@@ -587,7 +586,7 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
 }
 
 /* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
- * its other end would, with the largest modulus M (theory: eq. 8.38). */
+ * its other end would, with the largest modulus M (theory: eq. 8.24). */
 static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;

@@ -8,6 +8,9 @@
 /* Directions along which cracks are looked at, for the anisotropy. */
 #define PDI_MICROELASTIC_WAYS 64
 
+/* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
+#define PDI_MICROELASTIC_ACROSS 1e-3
+
 /* Sums over the family of a point of an infinite lattice. */
 typedef struct pdi_microelastic_sums {
     double axis;   /* [m^(d+1)] sum w r n_0^4 V */
@@ -47,8 +50,8 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
             along += n ? n[d] * xi[d] : 0.0;
         }
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        if (!(square > 0.0) || !(r < body->horizon + 0.5 * body->spacing)) continue;
-        double weight = volume * pdi_body_weight(m->body, m->desc.influence, r);
+        double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
+        if (!(weight > 0.0)) continue;
         weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
@@ -91,6 +94,7 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
+    PDI_ARRAY(owner, microelastic, at, microelastic->body ? (int64_t)microelastic->body->count * PD_DIM : 0, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
@@ -138,7 +142,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, sqrt(square));
+            weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++)
                 stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
@@ -172,13 +176,6 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     return pdi_microelastic_weigh(ctx, m);
 }
 
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *m, pd_archive *archive)
-{
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
-}
-
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
 {
     pd_status status = pdi_microelastic_make(ctx, body, desc, m);
@@ -192,22 +189,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
- * displacements. */
-static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
-{
-    double square = 0.0, more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        y[d] = xi[d] + eta[d];
-        square += xi[d] * xi[d];
-        more += eta[d] * (xi[d] + y[d]);
-    }
-    *r = sqrt(square);
-    *length = sqrt(square + more);
-    return more / (*r * (*length + *r));
-}
-
-/* That of bond b of point i. */
+/* Stretch of bond b of point i, Y, r and |Y| [m]. */
 static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
                                               double *r, double *length)
 {
@@ -215,7 +197,7 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     double xi[PD_DIM], eta[PD_DIM];
     pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_microelastic_strain(xi, eta, y, r, length);
+    return pdi_body_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -231,7 +213,7 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
         eta[d] = u[to] - u[from];
         if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
+    double s = pdi_body_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 
@@ -299,9 +281,126 @@ int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const doubl
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v, double dt,
-                                     double *force)
+/* Energy density of point i at displacements u [J/m3]. */
+static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
+    const pd_body *body = m->body;
+    double sum = 0.0, y[PD_DIM], r, length;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        sum += weight * s * s * r;
+    }
+    return 0.25 * m->modulus * sum;
+}
+
+double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+{
+    pdi_sum all = {0.0, 0.0};
+    (void)ctx;
+    for (int32_t i = 0; i < m->body->count; i++)
+        pdi_sum_add(&all, m->body->volume[i] * pdi_microelastic_density(m, u, i));
+    return pdi_sum_total(&all);
+}
+
+/* ---- what solvers see ---- */
+
+static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    int64_t n = (int64_t)m->body->count * PD_DIM;
+    pd_microelastic_force(ctx, m, u, 0, force);
+    pdi_par_copy(ctx, n, u, m->at);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+ * broken. */
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+                                  double *along, double *across)
+{
+    double r, length, weight = m->modulus * (double)m->weight[b];
+    if (!(weight > 0.0)) return 0;
+    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) n[d] /= length;
+    *along = weight / r;
+    *across = weight * s / length;
+    return 1;
+}
+
+static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
+            double volume = body->volume[body->column[b]], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* Bonds under pressure give nothing across. */
+static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double volume = body->volume[i] * body->volume[body->column[b]];
+            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+            across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
+            for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));
+            }
+        }
+    }
+}
+
+static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
+}
+
+static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_density(m, u, i);
+}
+
+/* Half of what the bond puts on point i. */
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double r, length, weight = (double)m->weight[b];
+    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
+}
+
+/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                           double *force)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
     pdi_microelastic_sweep sweep;
     sweep.u = u;
     sweep.v = v;
@@ -311,22 +410,43 @@ PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *m, cons
     return pdi_microelastic_run(ctx, m, &sweep);
 }
 
-double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
+static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    const pd_body *body = m->body;
-    pdi_sum all = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t i = 0; i < body->count; i++) {
-        double sum = 0.0, y[PD_DIM], r, length;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double weight = (double)m->weight[b] * body->volume[body->column[b]];
-            if (!(weight > 0.0)) continue;
-            double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
-            sum += weight * s * s * r;
-        }
-        pdi_sum_add(&all, 0.25 * m->modulus * body->volume[i] * sum);
-    }
-    return pdi_sum_total(&all);
+    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
+}
+
+static double pdi_microelastic_solid_limit(const void *self, double density)
+{
+    return pdi_microelastic_limit((const pd_microelastic *)self, density);
+}
+
+static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_microelastic *m = (pd_microelastic *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
+    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
+}
+
+pd_solid pd_microelastic_solid(pd_microelastic *m)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "microelastic";
+    solid.self = m;
+    solid.body = m->body;
+    solid.force = pdi_microelastic_solid_force;
+    solid.tangent = pdi_microelastic_solid_tangent;
+    solid.blocks = pdi_microelastic_solid_blocks;
+    solid.energy = pdi_microelastic_solid_energy;
+    solid.density = pdi_microelastic_solid_density;
+    solid.pull = pdi_microelastic_solid_pull;
+    solid.move = pdi_microelastic_solid_move;
+    solid.update = pdi_microelastic_solid_update;
+    solid.limit = pdi_microelastic_solid_limit;
+    solid.store = pdi_microelastic_solid_store;
+    return solid;
 }
 
 #undef PDI_MICROELASTIC_WAYS
+#undef PDI_MICROELASTIC_ACROSS

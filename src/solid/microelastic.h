@@ -10,6 +10,7 @@
 #ifndef PD_MICROELASTIC_H
 #define PD_MICROELASTIC_H
 #include "solid/elastic.h"
+#include "solid/solid.h"
 
 typedef struct pd_microelastic_desc {
     double young;    /* [Pa] E */
@@ -26,12 +27,14 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
 
 #define pd_microelastic_build PD_NAME(pd_microelastic_build)
 #define pd_microelastic_force PD_NAME(pd_microelastic_force)
 #define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
+#define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
 /* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
@@ -44,16 +47,14 @@ PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *materia
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
+/* The material as solvers see it: displacements of any size, no bond breaks by itself. It has no stress. Under
+ * pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`: a bond has no
+ * length. */
+PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);
 PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Which bonds are broken and what they released, out of the object or back into it. */
-PDI_FN pd_status pdi_microelastic_store(pd_ctx *ctx, pd_microelastic *material, pd_archive *archive);
-/* pd_microelastic_force at the end of a step of dt [s] with the velocities v. A bond that breaks in it has pulled at
- * its start and not at its end: its energy is that of the middle. */
-PDI_FN int64_t pdi_microelastic_move(const pd_ctx *ctx, pd_microelastic *material, const double *u, const double *v,
-                                     double dt, double *force);
 /* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
 /* Longest stable step [s] of explicit steps for a density [kg/m3]. */

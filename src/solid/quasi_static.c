@@ -9,9 +9,11 @@
 /* Bonds whose stretches differ by this share break together: mirror images do. */
 #define PDI_QUASI_STATIC_TIE 1e-9
 /* Displacements and loads are new when they change by more than this share of the largest. */
-#define PDI_QUASI_STATIC_NEW 1e-9
+#define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
-#define PDI_QUASI_STATIC_AGAIN 12
+#define PDI_QUASI_STATIC_AGAIN 60
+/* Least part of its way that what is held moves in a round, and one over the most. */
+#define PDI_QUASI_STATIC_RELAX 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -22,6 +24,7 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
     PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, asked, 2 * quasi_static->n, "m");
     PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
     PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
     PDI_VALUE(owner, quasi_static, time, "s");
@@ -76,18 +79,17 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
- * no loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+/* The loads, and what is held, those parts of the way from the start of the step to time t. What has come off has no
+ * loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part, double move)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
     for (int64_t k = 0; k < q->n; k++) {
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
-        if (!(part < 1.0)) continue;
-        q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
+        if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + move * (q->u[k] - *start);
     }
     return PD_OK;
 }
@@ -166,15 +168,10 @@ static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int6
 {
     const pd_body *body = q->solid.body;
     const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[d] - own[d];
-        square += xi[d] * xi[d];
-        more += eta * (2.0 * xi[d] + eta);
-    }
-    double r = sqrt(square);
-    return more / (r * (sqrt(square + more) + r));
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_body_strain(xi, eta, y, &r, &length);
 }
 
 /* Breaks the bonds of this round; how many. */
@@ -242,7 +239,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
     while (done < 1.0) {
         pdi_quasi_static_keep(q);
-        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part, (done + part) * q->relax));
         pd_status status = pdi_quasi_static_settle(ctx, q, t);
         if (status < 0) return status;
         if (status != PD_RETRY) {
@@ -268,14 +265,31 @@ static int pdi_quasi_static_others(const pd_ctx *ctx, int64_t n, const double *a
     return 0;
 }
 
+/* What is held may depend on the balance: the part of its way that it moves next follows from what it asked for before
+ * and after the last move (Aitken; Kuettler and Wall 2008). */
+static void pdi_quasi_static_relax(pd_quasi_static *q, int again)
+{
+    double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
+    for (int64_t k = 0; k < q->n; k++) {
+        double change = now[k] - was[k];
+        along += was[k] * change;
+        square += change * change;
+    }
+    q->relax = again && square > 0.0 ? -q->relax * along / square : 1.0;
+    if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
+    if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
+    memcpy(was, now, (size_t)q->n * sizeof *was);
+}
+
 /* 1: what is held at t, and its loads, are not those of the last balance. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
 {
     memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0, 1.0));
     *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
                pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
+    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - q->start[k] : 0.0;
     memcpy(q->u, q->start, (size_t)q->n * sizeof *q->u);
     memcpy(q->load, q->start + q->n, (size_t)q->n * sizeof *q->load);
     return PD_OK;
@@ -288,11 +302,15 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
     if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
+        pdi_quasi_static_relax(q, again);
         if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
         if (status < 0) return status;
         q->known = 1;
         stale = 0;
     }
+    if (differs && status == PD_OK)
+        return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and "
+                        "does not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
     q->time = t;
     return status;
 }
@@ -328,4 +346,5 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_TIE
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
+#undef PDI_QUASI_STATIC_RELAX
 #undef PDI_QUASI_STATIC_HALVINGS

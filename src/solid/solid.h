@@ -30,6 +30,14 @@ typedef struct pd_solid {
     double (*normal)(const void *self, int32_t i, const double *stress);
     /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
     double (*dissipated)(const void *self);
+    /* Energy density [J/m3] of each point at u. NULL: none but the total. */
+    void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
+     * bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
+     * one. Bonds break of themselves: how many. NULL: none does. */
+    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Bonds have broken, or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* The state at u becomes the one that the next steps begin with. NULL: nothing is remembered. */

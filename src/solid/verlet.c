@@ -13,7 +13,7 @@
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
 {
     pd_verlet *verlet = (pd_verlet *)object;
-    int64_t count = verlet->material ? (int64_t)verlet->material->body->count * PD_DIM : 0;
+    int64_t count = verlet->solid.body ? (int64_t)verlet->solid.body->count * PD_DIM : 0;
     PDI_STATE(owner, verlet, u, count, "m");
     PDI_STATE(owner, verlet, v, count, "m/s");
     PDI_STATE(owner, verlet, force, count, "N/m3");
@@ -23,7 +23,7 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, verlet, broken, "1");
 }
 
-pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc, pd_verlet *d)
+pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
@@ -32,8 +32,8 @@ pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verle
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
                         desc->density, desc->share);
     d->desc = *desc;
-    d->material = material;
-    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * pdi_microelastic_limit(material, desc->density);
+    d->solid = *solid;
+    d->longest = (desc->share > 0.0 ? desc->share : PDI_VERLET_SHARE) * solid->limit(solid->self, desc->density);
     pd_status status = pdi_owner_build(ctx, pdi_verlet_list, d);
     if (status < 0) pd_verlet_free(ctx, d);
     return status;
@@ -47,7 +47,7 @@ void pd_verlet_free(pd_ctx *ctx, pd_verlet *d)
 
 double pd_verlet_kinetic(const pd_verlet *d)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     pdi_sum all = {0.0, 0.0};
     for (int32_t i = 0; i < body->count; i++) {
         double square = 0.0;
@@ -60,7 +60,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
 /* Half a step of the velocities, by the present forces. */
 static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 {
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     int nt = pdi_par_threads(ctx, n * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -73,7 +73,7 @@ static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
 /* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
 static double pdi_verlet_work(const pd_verlet *d, double dt)
 {
-    const pd_body *body = d->material->body;
+    const pd_body *body = d->solid.body;
     int64_t n = (int64_t)body->count * PD_DIM;
     pdi_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
@@ -93,34 +93,49 @@ static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
+/* Forces at u, after a step of dt or before the first one (v NULL). */
+static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
+{
+    const pd_solid *solid = &d->solid;
+    if (solid->move) {
+        d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
+        return PD_OK;
+    }
+    pd_status status = solid->force(ctx, solid->self, d->u, d->force);
+    if (status <= PD_OK) return status;
+    return pdi_fail(ctx, PD_ERR_STATE, "verlet", "at t = %g s displacements are no state of the %s material", d->time,
+                    solid->name);
+}
+
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    int64_t n = (int64_t)d->material->body->count * PD_DIM;
-    if (d->steps == 0) d->broken += pd_microelastic_force(ctx, d->material, d->u, 1, d->force);
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
+    if (d->steps == 0) PDI_TRY(pdi_verlet_force(ctx, d, NULL, 0.0));
     pdi_verlet_kick(ctx, d, s->dt);
     d->work += pdi_verlet_work(d, s->dt);
     for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
-    d->broken += pdi_microelastic_move(ctx, d->material, d->u, d->v, s->dt, d->force);
+    PDI_TRY(pdi_verlet_force(ctx, d, d->v, s->dt));
     d->work += pdi_verlet_work(d, s->dt);
     pdi_verlet_kick(ctx, d, s->dt);
     d->steps++;
     double most = pdi_par_max_abs(ctx, n, d->u);
-    if (most < PDI_VERLET_FAR * d->material->body->horizon) return PD_OK;
+    if (most < PDI_VERLET_FAR * d->solid.body->horizon) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
 static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
-    (void)ctx;
-    ((pd_verlet *)self)->time = s->end;
-    return PD_OK;
+    pd_verlet *d = (pd_verlet *)self;
+    d->time = s->end;
+    return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_microelastic_store(ctx, ((pd_verlet *)self)->material, archive));
+    const pd_solid *solid = &((pd_verlet *)self)->solid;
+    if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
     return pdi_owner_store(ctx, pdi_verlet_list, self, archive);
 }
 

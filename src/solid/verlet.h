@@ -1,11 +1,12 @@
-/* verlet: a body of springs in motion, by velocity Verlet.
+/* verlet: a body of any material in motion, by velocity Verlet.
  *
- * Explicit steps of second order. The longest stable one follows from the sums of the lattice (theory: eq. 8.9). The
- * energies of a run are kept: what loads have done is kinetic, elastic, or was released by bonds that broke.
+ * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
+ * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
+ * bonds that broke.
  */
 #ifndef PD_VERLET_H
 #define PD_VERLET_H
-#include "solid/microelastic.h"
+#include "solid/solid.h"
 #include "solve/process.h"
 
 typedef struct pd_verlet_desc {
@@ -17,7 +18,7 @@ typedef struct pd_verlet_desc {
 
 typedef struct pd_verlet {
     pd_verlet_desc desc;
-    pd_microelastic *material;
+    pd_solid solid;
     double *u;        /* [count][PD_DIM] [m] displacements */
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
@@ -32,11 +33,12 @@ typedef struct pd_verlet {
 #define pd_verlet_kinetic PD_NAME(pd_verlet_kinetic)
 #define pd_verlet_free PD_NAME(pd_verlet_free)
 
-/* At rest at time 0; u and v may be set before the first step. The material is borrowed. PD_ERR_ARGUMENT: a density or
- * a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, pd_microelastic *material, const pd_verlet_desc *desc,
+/* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
+ * PD_ERR_ARGUMENT: a density or a share out of range. */
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
                                  pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more. */
+/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+ * the material. */
 PD_API pd_process pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);

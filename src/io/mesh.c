@@ -1,0 +1,142 @@
+/* mesh: see mesh.h */
+#include "io/mesh.h"
+#include "io/csv.h"
+#include "io/msh.h"
+#include "io/vtu.h"
+#include <math.h>
+#include <string.h>
+
+/* Largest mesh that is read. */
+#define PDI_MESH_FILE_LIMIT 2147483648
+
+/* ---- tables ---- */
+
+enum { PDI_MESH_VOLUME = 3, PDI_MESH_TAG, PDI_MESH_COLUMNS };
+
+static char pdi_mesh_lower(char c) { return (char)(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); }
+
+/* "Volume [m3]" is volume. */
+static int pdi_mesh_names(const char *text, const char *name)
+{
+    for (; *name; text++, name++)
+        if (pdi_mesh_lower(*text) != *name) return 0;
+    return !*text || *text == ' ' || *text == '[' || *text == '(';
+}
+
+/* The column of each quantity; -1: there is none. */
+static pd_status pdi_mesh_columns(pd_ctx *ctx, const pd_table *t, int *column)
+{
+    static const char *const names[PDI_MESH_COLUMNS] = {"x", "y", "z", "volume", "tag"};
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++) {
+        column[k] = -1;
+        for (int c = 0; c < t->columns; c++) {
+            if (!pdi_mesh_names(pdi_table_text(t, -1, c), names[k])) continue;
+            if (column[k] >= 0)
+                return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: two columns for '%s'", t->path, names[k]);
+            column[k] = c;
+        }
+        if ((k < PD_DIM || k == PDI_MESH_VOLUME) && column[k] < 0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s: no column is named '%s', expected %s volume and maybe tag",
+                            t->path, names[k], PD_DIM == 1 ? "x," : PD_DIM == 2 ? "x, y," : "x, y, z,");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_mesh_number(pd_ctx *ctx, const pd_table *t, int row, int column, double *value)
+{
+    const char *text = pdi_table_text(t, row, column);
+    if (pdi_file_parse(text, strlen(text), value) && fabs(*value) < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: column '%.40s': '%.40s', expected a finite number", t->path,
+                    t->line[row], pdi_table_text(t, -1, column), text);
+}
+
+static pd_status pdi_mesh_row(pd_ctx *ctx, const pd_table *t, const int *column, int row, double scale,
+                              double *beyond, pd_points *points)
+{
+    double value[PDI_MESH_COLUMNS] = {0.0}, place[PD_DIM], whole = 1.0;
+    for (int k = 0; k < PDI_MESH_COLUMNS; k++)
+        if (column[k] >= 0) PDI_TRY(pdi_mesh_number(ctx, t, row, column[k], &value[k]));
+    for (int d = 0; d < PD_DIM; d++) {
+        place[d] = value[d] * scale;
+        whole *= scale;
+    }
+    for (int d = PD_DIM; d < 3; d++) {
+        if (row == 0) beyond[d] = value[d];
+        if (value[d] < beyond[d] || value[d] > beyond[d])
+            return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: %c = %g, expected %g as in the first row: this program"
+                            " has %d dimensions", t->path, t->line[row], "xyz"[d], value[d], beyond[d], PD_DIM);
+    }
+    double volume = value[PDI_MESH_VOLUME] * whole, tag = value[PDI_MESH_TAG];
+    if (!(volume > 0.0) || !(volume < 1e100))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the volume %g, expected a positive one", t->path,
+                        t->line[row], value[PDI_MESH_VOLUME]);
+    if (!(fabs(tag) <= 2147483647.0) || tag > floor(tag))
+        return pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%s:%d: the tag %g, expected a whole number of 32 bits", t->path,
+                        t->line[row], tag);
+    return pdi_points_add(ctx, points, place, volume, (int32_t)tag);
+}
+
+static pd_status pdi_mesh_table(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    pd_table table;
+    int column[PDI_MESH_COLUMNS];
+    double beyond[3] = {0.0};
+    PDI_TRY(pdi_table_read(ctx, path, &table));
+    pd_status status = pdi_mesh_columns(ctx, &table, column);
+    for (int row = 0; row < table.rows && status == PD_OK; row++)
+        status = pdi_mesh_row(ctx, &table, column, row, scale, beyond, points);
+    pdi_table_free(ctx, &table);
+    return status;
+}
+
+/* ---- files ---- */
+
+static int pdi_mesh_ends(const char *path, const char *ending)
+{
+    size_t size = strlen(path), more = strlen(ending);
+    for (size_t k = 0; k < more; k++)
+        if (size < more || pdi_mesh_lower(path[size - more + k]) != ending[k]) return 0;
+    return 1;
+}
+
+static int pdi_mesh_begins(const char *text, const char *with) { return strncmp(text, with, strlen(with)) == 0; }
+
+static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    char *text;
+    size_t size;
+    pdi_scan scan;
+    if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "mesh";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    const char *at = text + strspn(text, " \t\r\n");
+    int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
+    pd_status status = PD_OK;
+    if (msh || (!vtu && pdi_mesh_begins(at, "$MeshFormat"))) status = pdi_msh_read(&scan, scale, points);
+    else if (vtu || pdi_mesh_begins(at, "<?xml") || pdi_mesh_begins(at, "<VTKFile"))
+        status = pdi_vtu_read(&scan, scale, points);
+    else table = 1;
+    PDI_DELETE(ctx, size + 1, text);
+    return table ? pdi_mesh_table(ctx, path, scale, points) : status;
+}
+
+pd_status pd_points_read(pd_ctx *ctx, const char *path, double scale, pd_points *points)
+{
+    memset(points, 0, sizeof *points);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "mesh", "the scale %g, expected a positive one", scale);
+    pd_status status = pdi_mesh_any(ctx, path, scale, points);
+    if (status == PD_OK && points->count == 0)
+        status = pdi_fail(ctx, PD_ERR_PARSE, "mesh", "%.250s: no point, and no cell of %d dimensions", path, PD_DIM);
+    if (status == PD_OK) status = pdi_points_finish(ctx, points);
+    if (status != PD_OK) pd_points_free(ctx, points);
+    return status;
+}
+
+#undef PDI_MESH_FILE_LIMIT

@@ -1,0 +1,158 @@
+/* points: see points.h */
+#include "io/points.h"
+#include <math.h>
+#include <string.h>
+
+/* Least volume of a cell, over its extent to the power of its dimension. */
+#define PDI_POINTS_THIN 1e-12
+/* Coordinates beyond the dimension of the program that count as the same, over the extent of the mesh. */
+#define PDI_POINTS_FLAT 1e-9
+
+enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* of a line, a quad, a hexahedron */
+
+void pd_points_free(pd_ctx *ctx, pd_points *p)
+{
+    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
+    PDI_DELETE(ctx, p->room, p->volume);
+    PDI_DELETE(ctx, p->room, p->tag);
+    memset(p, 0, sizeof *p);
+}
+
+/* Move one array to another length. */
+static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
+{
+    pd_points larger;
+    memset(&larger, 0, sizeof larger);
+    larger.room = room;
+    larger.count = p->count;
+    pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
+    if (status != PD_OK) {
+        pd_points_free(ctx, &larger);
+        return status;
+    }
+    if (p->count) {
+        memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
+        memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
+        memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
+    }
+    pd_points_free(ctx, p);
+    *p = larger;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
+{
+    if (p->count == p->room) {
+        if (p->room > INT32_MAX / 2 - 64) return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->room);
+        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->room + 64));
+    }
+    for (int d = 0; d < PD_DIM; d++) p->position[(int64_t)p->count * PD_DIM + d] = position[d];
+    p->volume[p->count] = volume;
+    p->tag[p->count++] = tag;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
+
+/* ---- cells ---- */
+
+PDI_FN int pdi_points_corners(pdi_cell_form form)
+{
+    static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
+    return corners[form];
+}
+
+/* Corner k of the line, quad or hexahedron that a cell is, with corners that coincide. Bit d of k: the end along the
+ * axis d of the map. */
+static int pdi_points_corner(pdi_cell_form form, int k)
+{
+    static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
+                                    {0, 1, 3, 2, 0, 0, 0, 0}, {0, 1, 2, 2, 3, 3, 3, 3}, {0, 1, 3, 2, 4, 5, 7, 6},
+                                    {0, 1, 2, 2, 3, 4, 5, 5}, {0, 1, 3, 2, 4, 4, 4, 4}};
+    return of[form][k];
+}
+
+static double pdi_points_determinant(const double *j)
+{
+    if (PD_DIM == 1) return j[0];
+    if (PD_DIM == 2) return j[0] * j[3] - j[1] * j[2];
+    return j[0] * (j[4] * j[8] - j[5] * j[7]) - j[1] * (j[3] * j[8] - j[5] * j[6]) +
+           j[2] * (j[3] * j[7] - j[4] * j[6]);
+}
+
+/* The place and the volume of Gauss point g, of corners x. */
+static double pdi_points_gauss(const double *x, int g, double *place)
+{
+    const double at = 0.5 / sqrt(3.0);
+    double jacobian[9] = {0.0}; /* of the unit cube */
+    for (int d = 0; d < PD_DIM; d++) place[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++) {
+        double share[PD_DIM], shape = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            share[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
+            shape *= share[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) {
+            double slope = k >> d & 1 ? 1.0 : -1.0;
+            for (int e = 0; e < PD_DIM; e++) slope *= e == d ? 1.0 : share[e];
+            for (int e = 0; e < PD_DIM; e++) jacobian[e * PD_DIM + d] += slope * x[k * PD_DIM + e];
+        }
+        for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
+    }
+    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
+}
+
+/* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */
+static double pdi_points_integrate(pdi_cell_form form, const double *const *corner, double *centre)
+{
+    double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
+    for (int k = 0; k < PDI_POINTS_CORNERS; k++)
+        for (int d = 0; d < PD_DIM; d++) { /* from the first corner, which keeps digits */
+            x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
+            size = fmax(size, fabs(x[k * PD_DIM + d]));
+        }
+    for (int d = 0; d < PD_DIM; d++) whole *= size;
+    for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
+        double place[PD_DIM], part = pdi_points_gauss(x, g, place);
+        if (g == 0) first = part;
+        if (!(part / first > 0.0)) return 0.0;
+        volume += part;
+        for (int d = 0; d < PD_DIM; d++) centre[d] += part * place[d];
+    }
+    if (!(fabs(volume) > PDI_POINTS_THIN * whole)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) centre[d] = corner[0][d] + centre[d] / volume;
+    return volume;
+}
+
+PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
+                               int mirrored, int32_t tag, const char **fault)
+{
+    double centre[PD_DIM], scale = 1.0;
+    *fault = NULL;
+    if (!cells->started) memcpy(cells->level, corner[0], sizeof cells->level);
+    cells->started = 1;
+    for (int k = 0; k < pdi_points_corners(form); k++)
+        for (int d = PD_DIM; d < 3; d++)
+            if (fabs(corner[k][d] - cells->level[d]) > PDI_POINTS_FLAT * cells->extent)
+                *fault = PD_DIM == 1 ? "a cell off the line y, z = constant" : "a cell off the plane z = constant";
+    double volume = pdi_points_integrate(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
+    if (*fault) return PD_OK;
+    if (!(fabs(volume) > 0.0)) *fault = "a cell without volume, or folded";
+    else if (PD_DIM == 3 && volume < 0.0 && !mirrored) *fault = "a cell turned inside out: its volume is negative";
+    else if (PD_DIM < 3 && sign * cells->sign < 0.0) *fault = "a cell that turns the other way than those before it";
+    if (*fault) return PD_OK;
+    cells->sign = sign;
+    for (int d = 0; d < PD_DIM; d++) {
+        centre[d] *= cells->scale;
+        scale *= cells->scale;
+    }
+    volume = fabs(volume) * scale;
+    if (!(volume > 0.0) || !(volume < 1e100)) *fault = "a cell whose volume is out of range";
+    return *fault ? PD_OK : pdi_points_add(ctx, cells->points, centre, volume, tag);
+}
+
+#undef PDI_POINTS_THIN
+#undef PDI_POINTS_FLAT

@@ -1,0 +1,88 @@
+/* scan: see scan.h */
+#include "io/scan.h"
+#include "io/file.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
+{
+    char text[300];
+    int line = 1;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    for (const char *c = s->text; c < at && c < s->end; c++) line += *c == '\n';
+    return pdi_fail(s->ctx, PD_ERR_PARSE, s->where, "%.250s:%d: %s", s->path, line, text);
+}
+
+static int pdi_scan_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+PDI_FN size_t pdi_scan_word(pdi_scan *s, const char **word)
+{
+    while (s->at < s->end && pdi_scan_blank(*s->at)) s->at++;
+    *word = s->at;
+    while (s->at < s->end && !pdi_scan_blank(*s->at)) s->at++;
+    return (size_t)(s->at - *word);
+}
+
+PDI_FN int pdi_scan_line(pdi_scan *s)
+{
+    int nothing = 1;
+    for (; s->at < s->end && *s->at != '\n'; s->at++) nothing = nothing && pdi_scan_blank(*s->at);
+    if (s->at < s->end) s->at++;
+    return nothing;
+}
+
+/* A word that is not what it has to be. */
+static pd_status pdi_scan_wrong(const pdi_scan *s, const char *word, size_t size, const char *expected)
+{
+    if (size == 0) return pdi_scan_fail(s, s->end, "the file ends here, expected %s", expected);
+    return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word, expected);
+}
+
+PDI_FN pd_status pdi_scan_number(pdi_scan *s, const char *what, double *value)
+{
+    const char *word;
+    char expected[80];
+    size_t size = pdi_scan_word(s, &word);
+    if (size > 0 && pdi_file_parse(word, size, value) && isfinite(*value)) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a finite number", what);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_integer(pdi_scan *s, const char *what, int64_t low, int64_t high, int64_t *value)
+{
+    const char *word;
+    char expected[120];
+    size_t size = pdi_scan_word(s, &word), k = 0;
+    int minus = size > 0 && word[0] == '-', good = size > 0;
+    *value = 0;
+    if (size > 0 && (word[0] == '-' || word[0] == '+')) k = 1;
+    good = good && size > k && size - k <= 18;
+    for (; good && k < size; k++) {
+        good = word[k] >= '0' && word[k] <= '9';
+        *value = 10 * *value + (word[k] - '0');
+    }
+    if (minus) *value = -*value;
+    if (good && *value >= low && *value <= high) return PD_OK;
+    snprintf(expected, sizeof expected, "%s: a whole number from %.0f to %.0f", what, (double)low, (double)high);
+    return pdi_scan_wrong(s, word, size, expected);
+}
+
+PDI_FN pd_status pdi_scan_count(pdi_scan *s, const char *what, int bytes, int64_t *count)
+{
+    PDI_TRY(pdi_scan_integer(s, what, 0, INT64_C(999999999999999999), count));
+    if (*count <= (int64_t)(s->end - s->at) / bytes + 1 && *count <= INT32_MAX) return PD_OK;
+    return pdi_scan_fail(s, s->at, "%s: %.0f, which is more than the rest of the file can hold", what, (double)*count);
+}
+
+PDI_FN pd_status pdi_scan_expect(pdi_scan *s, const char *expected)
+{
+    const char *word;
+    size_t size = pdi_scan_word(s, &word);
+    if (size == strlen(expected) && memcmp(word, expected, size) == 0) return PD_OK;
+    return pdi_scan_wrong(s, word, size, expected);
+}

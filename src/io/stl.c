@@ -1,0 +1,139 @@
+/* stl: see stl.h */
+#include "io/stl.h"
+#include "io/file.h"
+#include <math.h>
+#include <string.h>
+
+/* Largest STL file that is read. */
+#define PDI_STL_FILE_LIMIT 2147483648
+/* [byte] of the head of a binary file, and of each of its triangles. */
+#define PDI_STL_HEAD 84
+#define PDI_STL_EACH 50
+
+/* Corners on their way. */
+typedef struct pdi_stl_corners {
+    double *x;             /* [room][9] [m] */
+    int64_t count, room;   /* triangles */
+    double scale, shift[3]; /* [-], [m] */
+} pdi_stl_corners;
+
+static uint32_t pdi_stl_whole(const char *at)
+{
+    const unsigned char *byte = (const unsigned char *)at;
+    return (uint32_t)byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
+}
+
+static pd_status pdi_stl_room(pd_ctx *ctx, pdi_stl_corners *c, int64_t room)
+{
+    PDI_TRY(PDI_GROW(ctx, "stl", c->room * 9, room * 9, c->x));
+    c->room = room;
+    return PD_OK;
+}
+
+static double pdi_stl_place(const pdi_stl_corners *c, double x, int axis) { return x * c->scale + c->shift[axis]; }
+
+/* Triangles of a normal, three corners and two bytes, numbers little-endian. */
+static pd_status pdi_stl_binary(pd_ctx *ctx, const char *text, uint32_t count, pdi_stl_corners *c)
+{
+    PDI_TRY(pdi_stl_room(ctx, c, count));
+    for (uint32_t k = 0; k < count; k++)
+        for (int n = 0; n < 9; n++) {
+            uint32_t bits = pdi_stl_whole(text + PDI_STL_HEAD + (size_t)PDI_STL_EACH * k + 12 + 4 * n);
+            float value;
+            memcpy(&value, &bits, sizeof value);
+            c->x[9 * (int64_t)k + n] = pdi_stl_place(c, (double)value, n % 3);
+        }
+    c->count = count;
+    return PD_OK;
+}
+
+/* facet normal N N N  outer loop  vertex X Y Z (three times)  endloop  endfacet */
+static pd_status pdi_stl_facet(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    double value;
+    if (c->count == c->room) PDI_TRY(pdi_stl_room(s->ctx, c, 2 * c->room + 64));
+    PDI_TRY(pdi_scan_expect(s, "normal"));
+    for (int d = 0; d < 3; d++) (void)pdi_scan_word(s, &word);
+    PDI_TRY(pdi_scan_expect(s, "outer"));
+    PDI_TRY(pdi_scan_expect(s, "loop"));
+    for (int p = 0; p < 3; p++) {
+        PDI_TRY(pdi_scan_expect(s, "vertex"));
+        for (int d = 0; d < 3; d++) {
+            PDI_TRY(pdi_scan_number(s, "a coordinate", &value));
+            c->x[9 * c->count + 3 * p + d] = pdi_stl_place(c, value, d);
+        }
+    }
+    PDI_TRY(pdi_scan_expect(s, "endloop"));
+    PDI_TRY(pdi_scan_expect(s, "endfacet"));
+    c->count++;
+    return PD_OK;
+}
+
+static int pdi_stl_is(const char *word, size_t size, const char *name)
+{
+    return size == strlen(name) && memcmp(word, name, size) == 0;
+}
+
+/* solid NAME .. endsolid NAME, once or more often. */
+static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
+{
+    const char *word;
+    int open = 0;
+    for (size_t size; (size = pdi_scan_word(s, &word)) > 0;) {
+        if (!open && pdi_stl_is(word, size, "solid")) open = 1;
+        else if (open && pdi_stl_is(word, size, "endsolid")) open = 0;
+        else if (open && pdi_stl_is(word, size, "facet")) {
+            PDI_TRY(pdi_stl_facet(s, c));
+            continue;
+        } else
+            return pdi_scan_fail(s, word, "found '%.*s', expected %s", size < 40 ? (int)size : 40, word,
+                                 open ? "facet or endsolid" : "solid");
+        pdi_scan_line(s); /* the name */
+    }
+    return open ? pdi_scan_fail(s, s->end, "the file ends before endsolid") : PD_OK;
+}
+
+static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
+{
+    pdi_scan scan;
+    double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
+    double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
+    if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
+        return pdi_stl_binary(ctx, text, (uint32_t)count, c);
+    memset(&scan, 0, sizeof scan);
+    scan.ctx = ctx;
+    scan.where = "stl";
+    scan.path = path;
+    scan.text = text;
+    scan.at = text;
+    scan.end = text + size;
+    size_t blank = strspn(text, " \t\r\n");
+    if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
+    return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
+                    "file of %.0f triangles, whose size is %.0f: no STL file, or cut off", path, (double)size,
+                    fmax(count, 0.0), fmax(whole, PDI_STL_HEAD));
+}
+
+pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const double *shift, pd_facets *facets)
+{
+    char *text;
+    size_t size;
+    pdi_stl_corners c;
+    memset(facets, 0, sizeof *facets);
+    memset(&c, 0, sizeof c);
+    if (!(scale > 0.0) || !(scale < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stl", "the scale %g, expected a positive one", scale);
+    c.scale = scale;
+    for (int d = 0; shift && d < 3; d++) c.shift[d] = shift[d];
+    PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_STL_FILE_LIMIT, &text, &size));
+    pd_status status = pdi_stl_parse(ctx, path, text, size, &c);
+    PDI_DELETE(ctx, size + 1, text);
+    if (status == PD_OK) status = pd_facets_build(ctx, c.x, c.count, facets);
+    PDI_DELETE(ctx, c.room * 9, c.x);
+    return status;
+}
+
+#undef PDI_STL_FILE_LIMIT
+#undef PDI_STL_HEAD
+#undef PDI_STL_EACH

@@ -1,0 +1,253 @@
+/* crack: see crack.h */
+#include "solid/crack.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Share of the bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which
+ * for points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
+#define PDI_CRACK_SHARE 0.15
+/* Points that are as far as the farthest one, over the horizon. */
+#define PDI_CRACK_ROUNDING 1e-9
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_CRACK_FLAT 1e-6
+/* Sum of the slopes of q along the crack, over the sum of their sizes, that surfaces across the crack would leave. */
+#define PDI_CRACK_OPEN 0.05
+
+enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
+
+/* Fields of the points about a tip. */
+typedef struct pdi_crack {
+    const pd_solid *solid;
+    pd_crack_desc desc; /* way and front of length 1 */
+    int64_t count;
+    double *q;        /* [count] [-] */
+    double *slope;    /* [count][PD_DIM] [1/m] of q */
+    double *gradient; /* [count][PD_DIM^2] [-] of u, by correspondence */
+    double *force;    /* [count][PD_DIM] [N/m3] */
+    double *stress;   /* [count][PD_DIM^2] [Pa] of materials without bonds that pull */
+    double *density;  /* [count] [J/m3] */
+} pdi_crack;
+
+static void pdi_crack_list(pdi_owner *owner, void *object)
+{
+    pdi_crack *crack = (pdi_crack *)object;
+    PDI_ARRAY(owner, crack, q, crack->count, "1");
+    PDI_ARRAY(owner, crack, slope, crack->count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
+    PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
+    PDI_ARRAY(owner, crack, density, crack->count, "J/m3");
+}
+
+/* Scale to length 1. 0: it has none. */
+static int pdi_crack_unit(double *x)
+{
+    double length = pdi_vec_norm(x);
+    if (!(length > 0.0) || !(length < 1e100)) return 0;
+    for (int d = 0; d < PD_DIM; d++) x[d] /= length;
+    return 1;
+}
+
+static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
+{
+    pd_crack_desc *desc = &c->desc;
+    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_unit(desc->way);
+    for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->tip[d]) < 1e100;
+    if (PD_DIM == 3)
+        good = good && pdi_crack_unit(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
+               desc->thickness > 0.0 && desc->thickness < 1e100;
+    if (!good)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
+                        "an outer radius beyond the inner one", desc->inner, desc->outer,
+                        PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
+    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !(c->solid->linear || c->solid->density))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "neither the bonds of the %s material nor its stress and energy "
+                        "density are known", c->solid->name);
+    return PD_OK;
+}
+
+/* q and its slope: q falls from 1 to 0 by a polynomial with two derivatives at both ends. */
+static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
+{
+    const double *x = c->solid->body->position + i * PD_DIM;
+    double from[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) from[d] = x[d] - c->desc.tip[d];
+    double along = PD_DIM == 3 ? pdi_vec_dot(from, c->desc.front) : 0.0;
+    for (int d = 0; d < PD_DIM; d++) from[d] -= along * c->desc.front[d];
+    double r = pdi_vec_norm(from), wide = c->desc.outer - c->desc.inner, s = (r - c->desc.inner) / wide;
+    c->q[i] = s <= 0.0 ? 1.0 : s >= 1.0 ? 0.0 : 1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s));
+    double fall = s <= 0.0 || s >= 1.0 ? 0.0 : -30.0 * s * s * (1.0 - s) * (1.0 - s) / wide;
+    for (int d = 0; d < PD_DIM; d++) c->slope[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
+}
+
+/* Whether q changes over the family of point i, so that its gradient counts. */
+static int pdi_crack_near(const pdi_crack *c, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double other = c->q[body->column[b]];
+        if (other < c->q[i] || other > c->q[i]) return 1;
+    }
+    return 0;
+}
+
+/* Gradient of u at point i (theory: eq. 8.1). 0: the bonds do not span all directions, and it stays zero. */
+static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
+    double over = 1.0 / (body->horizon * body->horizon);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int64_t j = body->column[b];
+        double xi[PD_DIM];
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+            int row = p / PD_DIM, column = p % PD_DIM;
+            k[p] += weight * xi[row] * xi[column];
+            sum[p] += weight * (u[j * PD_DIM + row] - u[(int64_t)i * PD_DIM + row]) * xi[column];
+        }
+    }
+    if (!(pdi_vec_invert(k, inverse) > PDI_CRACK_FLAT)) return 0;
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+        double h = 0.0;
+        for (int d = 0; d < PD_DIM; d++) h += sum[p / PD_DIM * PD_DIM + d] * inverse[d * PD_DIM + p % PD_DIM];
+        c->gradient[(int64_t)i * PDI_CRACK_TENSOR + p] = h;
+    }
+    return 1;
+}
+
+static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const double *u)
+{
+    const pd_body *body = c->solid->body;
+    double slope = 0.0, size = 0.0;
+    for (int64_t i = 0; i < body->count; i++) {
+        double along = pdi_vec_dot(c->slope + i * PD_DIM, c->desc.way);
+        slope += body->volume[i] * along;
+        size += body->volume[i] * fabs(along);
+    }
+    if (!(size > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
+                        "about the tip", c->desc.inner, c->desc.outer);
+    if (fabs(slope) > PDI_CRACK_OPEN * size)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
+                        "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
+    for (int32_t i = 0; i < body->count; i++) {
+        int near = pdi_crack_near(c, i);
+        if ((near || c->q[i] > 0.0) && !pdi_crack_gradient(c, u, i) && near && pdi_body_intact(body, i))
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
+                            "give no gradient", (int)i);
+    }
+    return PD_OK;
+}
+
+/* The derivative of u along the crack at point i. */
+static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
+{
+    for (int a = 0; a < PD_DIM; a++)
+        along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
+}
+
+/* What point i gives to J by its stress [J/m] (theory: eq. 8.10). */
+static double pdi_crack_local(const pdi_crack *c, int64_t i)
+{
+    const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
+    double along[PD_DIM], sum = 0.0, density = c->density[i];
+    pdi_crack_along(c, i, along);
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
+    for (int p = 0; p < PDI_CRACK_TENSOR && !c->solid->density; p++)
+        density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
+    return sum - density * pdi_vec_dot(slope, c->desc.way);
+}
+
+/* The same by its bonds (theory: eq. 8.11). */
+static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid->body;
+    double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
+        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, b, pull);
+        pdi_crack_along(c, j, along);
+        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    }
+    return sum;
+}
+
+static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, double *j)
+{
+    const pd_solid *solid = c->solid;
+    pdi_sum all = {0.0, 0.0};
+    PDI_TRY(pdi_crack_check(ctx, c));
+    PDI_TRY(pdi_owner_build(ctx, pdi_crack_list, c));
+    for (int64_t i = 0; i < c->count; i++) pdi_crack_weigh(c, i);
+    PDI_TRY(pdi_crack_gradients(ctx, c, u));
+    pd_status status = solid->force(ctx, solid->self, u, c->force);
+    if (status != PD_OK) return status;
+    if (solid->density) solid->density(ctx, solid->self, u, c->density);
+    if (!solid->pull) solid->stress(ctx, solid->self, u, c->stress);
+    for (int32_t i = 0; i < c->count; i++) {
+        double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
+        pdi_crack_along(c, i, along);
+        share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
+        pdi_sum_add(&all, solid->body->volume[i] * share);
+    }
+    *j = pdi_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);
+    return PD_OK;
+}
+
+pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j)
+{
+    pdi_crack c;
+    memset(&c, 0, sizeof c);
+    c.solid = solid;
+    c.desc = *desc;
+    c.count = solid->body->count;
+    pd_status status = pdi_crack_run(ctx, &c, u, j);
+    pdi_owner_free(ctx, pdi_crack_list, &c);
+    return status;
+}
+
+/* ---- tip ---- */
+
+/* Whether point i has lost at least a share of its bonds. */
+static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
+{
+    double all = (double)(body->row[i + 1] - body->row[i]);
+    return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
+}
+
+pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+{
+    double unit[PD_DIM], sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
+    int32_t found = 0;
+    memcpy(unit, way, sizeof unit);
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+                        "1, and a direction", share);
+    if (!(share > 0.0)) share = PDI_CRACK_SHARE;
+    for (int32_t i = 0; i < body->count; i++)
+        if (pdi_crack_lost(body, i, share))
+            farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
+    for (int32_t i = 0; i < body->count; i++) {
+        const double *x = body->position + (int64_t)i * PD_DIM;
+        if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
+        if (!pdi_crack_lost(body, i, share)) continue;
+        for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
+        found++;
+    }
+    if (!found) return PD_RETRY;
+    for (int d = 0; d < PD_DIM; d++) tip[d] = sum[d] / found;
+    return PD_OK;
+}
+
+#undef PDI_CRACK_SHARE
+#undef PDI_CRACK_ROUNDING
+#undef PDI_CRACK_FLAT
+#undef PDI_CRACK_OPEN

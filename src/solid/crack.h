@@ -1,0 +1,35 @@
+/* crack: J integral of a crack and the place of its tip, from displacements of any material.
+ *
+ * J is what a crack that grows straight on releases per area. With a function q that is 1 at the tip and 0 far away it
+ * is an integral over the points between (equivalent domain integral; Li, Shih and Needleman 1985): a mean over
+ * contours of all radii between `inner` and `outer`. Where a material has bonds that pull, the same mean is taken of
+ * the contours of peridynamics (Silling and Lehoucq 2010), which count the bonds that pass through them. Crack faces
+ * have to be straight and parallel to `way` within `outer`. What loads or holds points there counts.
+ */
+#ifndef PD_CRACK_H
+#define PD_CRACK_H
+#include "solid/solid.h"
+
+typedef struct pd_crack_desc {
+    double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
+    double way[PD_DIM];   /* [-] direction in which the crack grows, of any length */
+    double front[PD_DIM]; /* [-] 3D: direction of the front, at a right angle to way */
+    double inner, outer;  /* [m] radii about the tip or front: q falls from 1 to 0 between them */
+    double thickness;     /* [m] 3D: length of the front; J is the mean over it */
+} pd_crack_desc;
+
+#define pd_crack_j PD_NAME(pd_crack_j)
+#define pd_crack_tip PD_NAME(pd_crack_tip)
+
+/* *j [J/m2] (1D: [N]) of displacements u [count][PD_DIM] [m] (theory: eqs. 8.10 and 8.11). PD_ERR_ARGUMENT: a place, a
+ * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
+ * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel
+ * to the crack. PD_RETRY: u is no state of the material. */
+PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j);
+/* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as
+ * far, into tip [PD_DIM] [m]. A point beside a straight crack has lost the share of the ball of its family that lies
+ * beyond the crack, and half of that where the crack ends. PD_ERR_ARGUMENT: a share or a direction out of range.
+ * PD_RETRY: no point has lost so many, and tip is as it was. */
+PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
+
+#endif

@@ -1,0 +1,268 @@
+/* cut: see cut.h */
+#include "solid/cut.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Rounding of places, over the horizon, and over the largest coordinate. */
+#define PDI_CUT_ROUNDING 1e-9
+#define PDI_CUT_DIGITS 3.6e-15
+/* Corners off the plane of a polygon, corners outside of its edges, and its least area, over its size. */
+#define PDI_CUT_FLAT 1e-6
+
+/* A cut with its plane. Corner k is corner (first + k way) of the caller, so that his order does not matter. */
+typedef struct pdi_cut_plane {
+    const pd_cut *cut;
+    int first, way;
+    double normal[PD_DIM]; /* [-] towards the upper side */
+    double turn;           /* [-] 1: corners go around the normal; -1: against it */
+    double lo[PD_DIM], hi[PD_DIM], size; /* [m] */
+    double slack;                        /* [m] distances that count as none */
+} pdi_cut_plane;
+
+/* A length above those of all bonds [m]. */
+static double pdi_cut_reach(const pd_body *body) { return 1.001 * body->horizon + body->spacing; }
+
+static const double *pdi_cut_corner(const pdi_cut_plane *p, int k)
+{
+    int n = p->cut->corners;
+    return p->cut->corner + (int64_t)((p->first + (int64_t)k * p->way) % n) * PD_DIM;
+}
+
+static void pdi_cut_less(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < PD_DIM; d++) c[d] = a[d] - b[d];
+}
+
+/* c += a x b, of 3D. */
+static void pdi_cut_cross(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM, f = (d + 2) % PD_DIM;
+        c[d] += a[e] * b[f] - a[f] * b[e];
+    }
+}
+
+static int pdi_cut_compare(const double *a, const double *b)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (a[d] < b[d] || a[d] > b[d]) return a[d] < b[d] ? -1 : 1;
+    return 0;
+}
+
+/* The first corner is the least of all, and the second one the lesser of its neighbours. */
+static void pdi_cut_order(pdi_cut_plane *p)
+{
+    const double *x = p->cut->corner;
+    int n = p->cut->corners;
+    p->first = 0;
+    for (int k = 1; k < n; k++)
+        if (pdi_cut_compare(x + (int64_t)k * PD_DIM, x + (int64_t)p->first * PD_DIM) < 0) p->first = k;
+    int next = (p->first + 1) % n, last = (p->first + n - 1) % n;
+    p->way = pdi_cut_compare(x + (int64_t)next * PD_DIM, x + (int64_t)last * PD_DIM) <= 0 ? 1 : n - 1;
+}
+
+/* Distance [m] of place x from edge k of a polygon in its plane, or from end k of a segment along it; negative outside.
+ * -HUGE_VAL: the edge has no length. */
+static double pdi_cut_inside(const pdi_cut_plane *p, int k, const double *x)
+{
+    const double *from = pdi_cut_corner(p, k);
+    double edge[PD_DIM], off[PD_DIM], in[PD_DIM] = {0.0};
+    pdi_cut_less(pdi_cut_corner(p, k + 1), from, edge);
+    pdi_cut_less(x, from, off);
+    double length = pdi_vec_norm(edge);
+    if (!(length > 0.0)) return -HUGE_VAL;
+    if (PD_DIM < 3) return pdi_vec_dot(off, edge) / length;
+    pdi_cut_cross(p->normal, edge, in);
+    return p->turn * pdi_vec_dot(off, in) / length;
+}
+
+/* Height [m] of place x over the plane; 0 on it. */
+static double pdi_cut_height(const pdi_cut_plane *p, const double *x)
+{
+    double off[PD_DIM];
+    pdi_cut_less(x, pdi_cut_corner(p, 0), off);
+    double height = pdi_vec_dot(p->normal, off);
+    return fabs(height) > p->slack ? height : 0.0;
+}
+
+/* Does the bond between two places cross the cut? Their heights are below 0 and at least 0. */
+static int pdi_cut_crosses(const pdi_cut_plane *p, const double *lower, double below, const double *upper, double above)
+{
+    double place[PD_DIM], share = above / (above - below);
+    for (int d = 0; d < PD_DIM; d++) place[d] = upper[d] + (lower[d] - upper[d]) * share;
+    for (int k = 0; PD_DIM > 1 && k < p->cut->corners; k++)
+        if (pdi_cut_inside(p, k, place) < -p->slack) return 0;
+    return 1;
+}
+
+/* ---- cuts that make sense ---- */
+
+static pd_status pdi_cut_refuse(pd_ctx *ctx, int index, const pd_cut *cut, const char *text)
+{
+    const double *x = cut->corner;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
+                    cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
+}
+
+/* Extent of the cut. 0: a corner is not finite. */
+static int pdi_cut_extent(pdi_cut_plane *p)
+{
+    double square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        p->lo[d] = HUGE_VAL;
+        p->hi[d] = -HUGE_VAL;
+        for (int k = 0; k < p->cut->corners; k++) {
+            double x = p->cut->corner[(int64_t)k * PD_DIM + d];
+            if (!(fabs(x) < 1e100)) return 0;
+            p->lo[d] = fmin(p->lo[d], x);
+            p->hi[d] = fmax(p->hi[d], x);
+        }
+        square += (p->hi[d] - p->lo[d]) * (p->hi[d] - p->lo[d]);
+    }
+    p->size = sqrt(square);
+    return 1;
+}
+
+/* The normal, of unit length, up the last axis along which it has a part. 0: there is none. */
+static int pdi_cut_normal(pdi_cut_plane *p)
+{
+    double edge[PD_DIM], next[PD_DIM], sum[PD_DIM] = {0.0};
+    for (int d = 0; d < PD_DIM; d++) p->normal[d] = 1.0;
+    p->turn = 1.0;
+    if (PD_DIM == 1) return 1;
+    if (!(p->size > 0.0)) return 0;
+    for (int k = 1; k < p->cut->corners; k++) { /* in sizes of the cut, of which squares have no overflow */
+        pdi_cut_less(pdi_cut_corner(p, k), pdi_cut_corner(p, 0), edge);
+        pdi_cut_less(pdi_cut_corner(p, k + 1), pdi_cut_corner(p, 0), next);
+        for (int d = 0; d < PD_DIM; d++) edge[d] /= p->size, next[d] /= p->size;
+        if (PD_DIM == 3) pdi_cut_cross(edge, next, sum);
+        else
+            for (int d = 0; d < PD_DIM; d++) sum[d] = d ? edge[0] : -edge[PD_DIM - 1];
+    }
+    double length = pdi_vec_norm(sum), largest = 0.0;
+    if (!(length > PDI_CUT_FLAT)) return 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(sum[d]) > PDI_CUT_FLAT * length) largest = sum[d];
+    p->turn = largest > 0.0 ? 1.0 : -1.0;
+    for (int d = 0; d < PD_DIM; d++) p->normal[d] = p->turn * sum[d] / length;
+    return 1;
+}
+
+static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double slack, double far, pdi_cut_plane *p)
+{
+    memset(p, 0, sizeof *p);
+    p->cut = cut;
+    if (!cut->corner || (PD_DIM < 3 ? cut->corners != PD_DIM : cut->corners < 3))
+        return pdi_cut_refuse(ctx, index, cut, PD_DIM == 1   ? "expected 1, the place"
+                                               : PD_DIM == 2 ? "expected 2, the ends of a segment"
+                                                             : "expected at least 3, of a polygon");
+    if (!pdi_cut_extent(p)) return pdi_cut_refuse(ctx, index, cut, "expected finite corners");
+    pdi_cut_order(p);
+    if (!pdi_cut_normal(p))
+        return pdi_cut_refuse(ctx, index, cut, PD_DIM == 2 ? "a segment without length" : "a polygon without area");
+    for (int d = 0; d < PD_DIM; d++) far = fmax(far, fmax(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->slack = fmax(slack, PDI_CUT_DIGITS * far);
+    if (PD_DIM == 2 && !(p->size > p->slack)) return pdi_cut_refuse(ctx, index, cut, "a segment without length");
+    for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
+        double off[PD_DIM];
+        pdi_cut_less(pdi_cut_corner(p, k), pdi_cut_corner(p, 0), off);
+        if (fabs(pdi_vec_dot(p->normal, off)) > PDI_CUT_FLAT * p->size)
+            return pdi_cut_refuse(ctx, index, cut, "the corners do not lie in a plane");
+        for (int e = 0; e < cut->corners; e++)
+            if (pdi_cut_inside(p, e, pdi_cut_corner(p, k)) < -PDI_CUT_FLAT * p->size)
+                return pdi_cut_refuse(ctx, index, cut, "not convex, or two corners at one place");
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count, pdi_cut_plane *planes)
+{
+    double far = 0.0, reach = pdi_cut_reach(body);
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int c = 0; c < count; c++) {
+        PDI_TRY(pdi_cut_check(ctx, &cuts[c], c, PDI_CUT_ROUNDING * body->horizon, far, &planes[c]));
+        for (int d = 0; d < PD_DIM; d++) {
+            planes[c].lo[d] -= reach + planes[c].slack;
+            planes[c].hi[d] += reach + planes[c].slack;
+        }
+    }
+    return PD_OK;
+}
+
+/* ---- bonds ---- */
+
+/* Break what cut p crosses among the bonds of point i; how many were intact. */
+static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    int64_t found = 0;
+    for (int d = 0; d < PD_DIM; d++)
+        if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
+    double own = pdi_cut_height(p, x);
+    if (fabs(own) > pdi_cut_reach(body)) return 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        const double *y = body->position + (int64_t)body->column[b] * PD_DIM;
+        if (body->broken[b]) continue;
+        double other = pdi_cut_height(p, y);
+        if ((own < 0.0) == (other < 0.0)) continue;
+        if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
+        body->broken[b] = 1;
+        found++;
+    }
+    return found;
+}
+
+/* Whole families in parts, so that their counts have places to go to. */
+static int64_t pdi_cut_bonds(const pd_ctx *ctx, pd_body *body, const pdi_cut_plane *planes, int count)
+{
+    enum { parts = 256 };
+    int64_t found[parts], all = 0, points = body->count;
+    int nt = pdi_par_threads(ctx, points * count * 4 + body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        found[q] = 0;
+        for (int64_t i = points * q / parts; i < points * (q + 1) / parts; i++)
+            for (int c = 0; c < count; c++) found[q] += pdi_cut_family(body, &planes[c], (int32_t)i);
+    }
+    for (int q = 0; q < parts; q++) all += found[q];
+    return all / 2;
+}
+
+pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken)
+{
+    pdi_cut_plane *planes = NULL;
+    if (broken) *broken = 0;
+    if (count < 0 || (count && !cuts))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "%d cuts, expected a list of none or more", count);
+    PDI_TRY(PDI_NEW(ctx, "cut", count, planes));
+    pd_status status = pdi_cut_prepare(ctx, body, cuts, count, planes);
+    if (status == PD_OK) {
+        int64_t all = pdi_cut_bonds(ctx, body, planes, count);
+        if (broken) *broken = all;
+    }
+    PDI_DELETE(ctx, count, planes);
+    return status;
+}
+
+void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
+{
+    int nt = pdi_par_threads(ctx, body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double all = 0.0, lost = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            double volume = body->volume[body->column[b]];
+            all += volume;
+            lost += body->broken[b] ? volume : 0.0;
+        }
+        damage[i] = all > 0.0 ? lost / all : 0.0;
+    }
+}
+
+#undef PDI_CUT_ROUNDING
+#undef PDI_CUT_DIGITS
+#undef PDI_CUT_FLAT

@@ -1,0 +1,130 @@
+/* relaxation: see relaxation.h */
+#include "solid/relaxation.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Mass over the block of a point as it begins. The quotient of stiffness and mass of springs is at most 2 over it, and
+ * that of a stable step 4 (theory: eq. 8.12). */
+#define PDI_RELAXATION_MASS 0.6
+/* The quotient beyond which a step is not safe, and by how much more the mass grows than that asks for. */
+#define PDI_RELAXATION_SAFE 3.8
+#define PDI_RELAXATION_MORE 1.2
+/* By how much the mass grows when displacements are no state of the material, and how often it may. */
+#define PDI_RELAXATION_HEAVIER 4.0
+#define PDI_RELAXATION_TIMES 60
+/* Most damping of a step of length 1: at 2 nothing would be left of the velocities. */
+#define PDI_RELAXATION_DAMPING 1.9
+#define PDI_RELAXATION_STEPS 100000
+/* A displacement over the horizon that counts as one of a body that moves without end. */
+#define PDI_RELAXATION_FAR 1e6
+
+/* The fictitious motion. */
+typedef struct pdi_relaxation {
+    pdi_equilibrium rest;
+    double mass;      /* [-] over the blocks */
+    double damping;   /* [-] */
+    double *momentum; /* [n] [N] */
+} pdi_relaxation;
+
+static void pdi_relaxation_list(pdi_owner *owner, void *object)
+{
+    pdi_relaxation *relaxation = (pdi_relaxation *)object;
+    PDI_ARRAY(owner, relaxation, momentum, relaxation->rest.n, "N");
+}
+
+/* From rest at u, with more mass. */
+static pd_status pdi_relaxation_start(pdi_relaxation *r, const double *u, double *norm)
+{
+    pd_status status = pdi_equilibrium_rest(&r->rest, u, norm);
+    if (status != PD_OK) return status;
+    pdi_equilibrium_blocks(&r->rest);
+    pdi_par_zero(r->rest.ctx, r->rest.n, r->momentum);
+    r->damping = 0.0;
+    return PD_OK;
+}
+
+/* A step of length 1 (theory: eq. 8.12). *quotient: of stiffness and mass, along the step. */
+static pd_status pdi_relaxation_step(pdi_relaxation *r, double *u, double *norm, double *quotient)
+{
+    pdi_equilibrium *q = &r->rest;
+    double keep = (2.0 - r->damping) / (2.0 + r->damping), push = 2.0 / (2.0 + r->damping);
+    for (int64_t k = 0; k < q->n; k++) r->momentum[k] = keep * r->momentum[k] + push * q->rest[k];
+    pdi_equilibrium_precondition(q, r->momentum, q->step);
+    for (int64_t k = 0; k < q->n; k++) q->step[k] /= r->mass;
+    double before = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    pdi_par_axpy(q->ctx, q->n, 1.0, q->step, u);
+    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    if (status != PD_OK) return status;
+    double inertia = pdi_par_dot(q->ctx, q->n, r->momentum, q->step);
+    double after = pdi_par_dot(q->ctx, q->n, q->rest, q->step);
+    *quotient = inertia > 0.0 ? (before - after) / inertia : 0.0;
+    return PD_OK;
+}
+
+static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target, double norm,
+                                    pd_equilibrium_result *result)
+{
+    pdi_equilibrium *q = &r->rest;
+    int most = q->desc->max_iterations > 0 ? q->desc->max_iterations : PDI_RELAXATION_STEPS;
+    pd_status status = pdi_relaxation_start(r, u, &norm);
+    while (status == PD_OK && norm > target) {
+        double quotient = 0.0;
+        if (result->iterations == most) return PD_NOT_CONVERGED;
+        result->iterations++;
+        status = pdi_relaxation_step(r, u, &norm, &quotient);
+        if (status < 0) return status;
+        result->residual = norm;
+        if (status == PD_OK && quotient <= PDI_RELAXATION_SAFE) {
+            if (quotient > 0.0) r->damping = fmin(2.0 * sqrt(quotient), PDI_RELAXATION_DAMPING);
+            if (!(pdi_par_max_abs(q->ctx, q->n, u) < PDI_RELAXATION_FAR * q->solid->body->horizon))
+                return PD_ERR_DIVERGED;
+            continue;
+        }
+        if (++result->steps > PDI_RELAXATION_TIMES) return PD_RETRY;
+        pdi_par_axpy(q->ctx, q->n, -1.0, q->step, u);
+        r->mass *= status == PD_OK ? PDI_RELAXATION_MORE * quotient / PDI_RELAXATION_SAFE : PDI_RELAXATION_HEAVIER;
+        status = pdi_relaxation_start(r, u, &norm);
+    }
+    result->residual = norm;
+    return status;
+}
+
+static pd_status pdi_relaxation_solve(pdi_relaxation *r, double *u, pd_equilibrium_result *result)
+{
+    double norm, target;
+    PDI_TRY(pdi_equilibrium_begin(&r->rest, u, &norm, &target));
+    PDI_TRY(pdi_owner_build(r->rest.ctx, pdi_relaxation_list, r));
+    pd_status status = pdi_relaxation_run(r, u, target, norm, result);
+    result->residual = r->rest.size > 0.0 ? result->residual / r->rest.size : 0.0;
+    if (status != PD_ERR_DIVERGED) return status;
+    return pdi_fail(r->rest.ctx, status, "relaxation", "the body moves without end after %d steps: its loads turn it, "
+                    "or it has no stiffness against them", result->iterations);
+}
+
+pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
+                              double *u, pd_equilibrium_result *result)
+{
+    pdi_relaxation r;
+    memset(&r, 0, sizeof r);
+    memset(result, 0, sizeof *result);
+    r.rest.ctx = ctx;
+    r.rest.solid = solid;
+    r.rest.desc = desc;
+    r.rest.load = load;
+    r.rest.n = (int64_t)solid->body->count * PD_DIM;
+    r.mass = PDI_RELAXATION_MASS;
+    pd_status status = pdi_relaxation_solve(&r, u, result);
+    pdi_owner_free(ctx, pdi_relaxation_list, &r);
+    pdi_owner_free(ctx, pdi_equilibrium_list, &r.rest);
+    return status;
+}
+
+#undef PDI_RELAXATION_MASS
+#undef PDI_RELAXATION_SAFE
+#undef PDI_RELAXATION_MORE
+#undef PDI_RELAXATION_HEAVIER
+#undef PDI_RELAXATION_TIMES
+#undef PDI_RELAXATION_DAMPING
+#undef PDI_RELAXATION_STEPS
+#undef PDI_RELAXATION_FAR

@@ -1,0 +1,104 @@
+/* rim: see rim.h */
+#include "solid/rim.h"
+#include "core/vec.h"
+#include <math.h>
+
+/* Rounding of places, over the radius. */
+#define PDI_RIM_ROUNDING 1e-9
+
+/* Square root of what rounding may make negative. */
+static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
+
+/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles
+ * come from the roots that lengths come from: their errors cancel. */
+static double pdi_rim_disc(double p, double q, double r)
+{
+    double square = r * r;
+    if (!(p * p + q * q < square)) return 0.0;
+    double along = pdi_rim_root(square - p * p), across = pdi_rim_root(square - q * q);
+    double angle = 0.5 * PDI_PI - atan2(p, along) - atan2(q, across);
+    return 0.5 * (square * angle - p * (along - q) - q * (across - p));
+}
+
+/* Integral of asin(a/sqrt(1 - t^2)) over t from 0 to z, with rest^2 = 1 - a^2 - z^2. */
+static double pdi_rim_angle(double a, double z, double rest)
+{
+    return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
+}
+
+/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the
+ * piece of the sphere and the three plane faces. */
+static double pdi_rim_ball(double a, double b, double c)
+{
+    double rest = 1.0 - a * a - b * b;
+    if (!(rest > c * c)) return 0.0;
+    double top = sqrt(rest), sphere = 0.5 * PDI_PI * (top - c);
+    sphere -= pdi_rim_angle(a, top, b) - pdi_rim_angle(a, c, pdi_rim_root(1.0 - a * a - c * c));
+    sphere -= pdi_rim_angle(b, top, a) - pdi_rim_angle(b, c, pdi_rim_root(1.0 - b * b - c * c));
+    return (sphere - a * pdi_rim_disc(b, c, pdi_rim_root(1.0 - a * a)) -
+            b * pdi_rim_disc(a, c, pdi_rim_root(1.0 - b * b)) -
+            c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
+}
+
+/* The volume beyond a corner, in any dimension. */
+static double pdi_rim_beyond(const double *corner)
+{
+    if (PD_DIM == 1) return corner[0] < 1.0 ? 1.0 - corner[0] : 0.0;
+    if (PD_DIM == 2) return pdi_rim_disc(corner[0], corner[PD_DIM - 1], 1.0);
+    return pdi_rim_ball(corner[0], corner[PD_DIM / 2], corner[PD_DIM - 1]);
+}
+
+/* Volume of the ball of radius 1 in the box from lo >= 0 to hi. */
+static double pdi_rim_box(const double *lo, const double *hi)
+{
+    double sum = 0.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double corner[PD_DIM], sign = 1.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            corner[d] = k >> d & 1 ? hi[d] : lo[d];
+            sign = k >> d & 1 ? -sign : sign;
+        }
+        sum += sign * pdi_rim_beyond(corner);
+    }
+    return sum;
+}
+
+PDI_FN int pdi_rim_meets(const double *xi, double size, double r)
+{
+    double near = 0.0, inner = r * (1.0 - PDI_RIM_ROUNDING);
+    for (int d = 0; d < PD_DIM; d++) {
+        double gap = fabs(xi[d]) - 0.5 * size;
+        near += gap > 0.0 ? gap * gap : 0.0;
+    }
+    return near < inner * inner;
+}
+
+PDI_FN double pdi_rim_part(const double *xi, double size, double r)
+{
+    double lo[2][PD_DIM], hi[2][PD_DIM], far = 0.0, sum = 0.0, whole = 1.0;
+    if (!pdi_rim_meets(xi, size, r)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) { /* in radii; what lies beyond 0 is mirrored */
+        double at = fabs(xi[d]) / r, half = 0.5 * size / r;
+        lo[0][d] = at > half ? at - half : 0.0;
+        hi[0][d] = at + half;
+        lo[1][d] = 0.0;
+        hi[1][d] = at < half ? half - at : 0.0;
+        far += hi[0][d] * hi[0][d];
+        whole *= 2.0 * half;
+    }
+    if (far <= 1.0) return 1.0;
+    for (int k = 0; k < 1 << PD_DIM; k++) {
+        double from[PD_DIM], to[PD_DIM];
+        int empty = 0;
+        for (int d = 0; d < PD_DIM; d++) {
+            from[d] = lo[k >> d & 1][d];
+            to[d] = hi[k >> d & 1][d];
+            empty = empty || !(to[d] > from[d]);
+        }
+        if (!empty) sum += pdi_rim_box(from, to);
+    }
+    double part = sum / whole;
+    return part < 0.0 ? 0.0 : part > 1.0 ? 1.0 : part;
+}
+
+#undef PDI_RIM_ROUNDING
