@@ -14,8 +14,9 @@
  *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:
  *       #define PDCORR_NO_SCENE          leaves out scene and run
  *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it
- *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run
- *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with
+ *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/structure, and scene and run
+ *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those
+ *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with
  *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.
  *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that
  *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a
@@ -196,7 +197,9 @@
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, metal, couple, scene, run; kernels (core, lattice, solve) stay
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
+ *                          stay
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -271,7 +274,8 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || defined(PDCORR_NO_PHYSICS)
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -3613,6 +3617,9 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>solid/rim.h ======== */
 /* rim: the part of a cell of a lattice that lies within a ball.
@@ -4516,6 +4523,9 @@ PD_API double pd_bone_modulus(pd_bone_site site, double density);
 PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>metal/material.h ======== */
 /* material: properties of metals that dissolve, as presets with their sources, and their kinetics as data. */
@@ -5289,6 +5299,9 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
                            pd_measure_box_result *result);
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.h ======== */
 /* structure: the metal of a lattice as a body under load.
@@ -5364,6 +5377,9 @@ PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point)
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/couple.h ======== */
 /* couple: a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
@@ -6014,6 +6030,8 @@ typedef struct pdi_scan {
     const char *at;
 } pdi_scan;
 
+/* The text from its first byte. */
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* The next word; its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
@@ -6182,7 +6200,7 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>scene/units.h ======== */
 /* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -23784,7 +23802,7 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -24517,7 +24535,7 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -24639,7 +24657,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -25220,7 +25238,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -25509,7 +25527,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26252,7 +26270,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26714,7 +26732,7 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26885,7 +26903,7 @@ pd_process pd_verlet_process(pd_verlet *d)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>solid/finite_law.c ======== */
 /* finite_law: see finite_law.h */
@@ -27935,7 +27953,7 @@ pd_solid pd_finite_solid(pd_finite *f)
 #undef PDI_FINITE_WORK
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -27967,6 +27985,17 @@ double pd_bone_stretch(double young, double poisson, pd_plane plane, double frac
     if (PD_DIM == 3) bulk = young / (3.0 * (1.0 - 2.0 * poisson));
     return sqrt(share[PD_DIM - 1] * fracture / (bulk * horizon));
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>metal/material.c ======== */
 /* material: see material.h */
@@ -31131,6 +31160,17 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>couple/structure.c ======== */
 /* structure: see structure.h */
@@ -35633,6 +35673,12 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
 #include <stdio.h>
 #include <string.h>
 
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
+{
+    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    return scan;
+}
+
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
 {
     char text[300];
@@ -36939,16 +36985,9 @@ static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_po
 {
     char *text;
     size_t size;
-    pdi_scan scan;
     if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
     PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "mesh";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "mesh", path, text, size);
     const char *at = text + strspn(text, " \t\r\n");
     int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
     pd_status status = PD_OK;
@@ -37072,18 +37111,11 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
 {
-    pdi_scan scan;
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
     if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
         return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "stl";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
     size_t blank = strspn(text, " \t\r\n");
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
@@ -37162,7 +37194,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -37690,7 +37722,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -37809,7 +37841,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -38590,7 +38622,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -43562,7 +43594,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44008,7 +44040,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44057,7 +44089,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44574,7 +44606,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
