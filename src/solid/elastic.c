@@ -483,6 +483,16 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     }
 }
 
+static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    (void)ctx;
+    for (int32_t i = 0; i < e->body->count; i++) {
+        lambda[i] = pdi_elastic_stiff(e, i) * e->lambda;
+        mu[i] = pdi_elastic_stiff(e, i) * e->mu;
+    }
+}
+
 static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
@@ -559,6 +569,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.force = pdi_elastic_solid_force;
     solid.tangent = pdi_elastic_solid_tangent;
     solid.blocks = pdi_elastic_solid_blocks;
+    solid.moduli = pdi_elastic_solid_moduli;
     solid.energy = pdi_elastic_solid_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.update = pdi_elastic_solid_update;
