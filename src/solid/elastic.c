@@ -483,13 +483,22 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     }
 }
 
+/* A bond has the stiffness of both of its families, so a weak point beside stiff ones is as stiff as its bonds are on
+ * average. */
 static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    (void)ctx;
-    for (int32_t i = 0; i < e->body->count; i++) {
-        lambda[i] = pdi_elastic_stiff(e, i) * e->lambda;
-        mu[i] = pdi_elastic_stiff(e, i) * e->mu;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, own = pdi_elastic_stiff(e, i);
+        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
+            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
+        lambda[i] = part * e->lambda;
+        mu[i] = part * e->mu;
     }
 }
 
