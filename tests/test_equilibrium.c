@@ -285,8 +285,8 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     return c;
 }
 
-/* Few iterations, nearly as many with finer cells, in bodies with cracks, weak regions and points anywhere, however they
- * are held; the solution is that with the blocks alone, and it is the same with three threads. */
+/* Few iterations, nearly as many with finer cells, in bodies with cracks, weak regions and points anywhere, however
+ * they are held; the solution is that with the blocks alone, and it is the same with three threads. */
 TEST(few_iterations)
 {
     static double stiff[MOST], kept[MOST * PD_DIM];

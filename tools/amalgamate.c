@@ -22,7 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_MODULES 128
+#define MAX_MODULES 192
 #define MAX_CUTS 8
 #define NAME_SIZE 48
 #define PATH_SIZE 1024

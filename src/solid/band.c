@@ -3,7 +3,7 @@
 #include "core/par.h"
 #include <string.h>
 
-/* Doubles in a line of a cache, lines after which addresses meet again in it, and the lines of a band with its shift. */
+/* Doubles in a line of a cache, lines after which addresses meet again in it, and lines by which fields are apart. */
 #define PDI_BAND_LINE 8
 #define PDI_BAND_LINES 64
 #define PDI_BAND_APART 5

@@ -18,7 +18,7 @@ typedef struct pd_band {
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
     int64_t stride;      /* entries of a field: count, and as many as keep fields off the same lines of a cache */
-    double *field;       /* [fields][stride] what bonds read of a point; see PDI_BAND_FIELDS */
+    double *field;       /* [fields][stride] [m] and others: what bonds read of a point, see PDI_BAND_PLACE */
 } pd_band;
 
 #ifdef PDI_INTERNAL

@@ -114,12 +114,17 @@ static inline int pdi_elastic_place(int p, int q, int r, int s)
 /* Add a bond to the fourth moments of its family. */
 static void pdi_elastic_fourth(const double *xi, double over, double weight, double *fourth)
 {
-    for (int z = 0; z <= (PD_DIM > 2 ? 4 : 0); z++)
-        for (int y = 0; y <= (PD_DIM > 1 ? 4 - z : 0); y++) {
-            double product = weight * over * over;
-            for (int k = 0; k < 4; k++) product *= xi[k < z ? PD_DIM - 1 : k < z + y ? PD_DIM > 1 : 0];
-            fourth[z * (11 - z) / 2 + y] += product;
-        }
+    double x[5], y[5], z[5];
+    x[0] = weight * over * over;
+    y[0] = z[0] = 1.0;
+    for (int k = 0; k < 4; k++) {
+        x[k + 1] = x[k] * xi[0];
+        y[k + 1] = y[k] * xi[PD_DIM > 1];
+        z[k + 1] = z[k] * xi[PD_DIM - 1];
+    }
+    for (int c = 0; c <= (PD_DIM > 2 ? 4 : 0); c++)
+        for (int b = 0; b <= (PD_DIM > 1 ? 4 - c : 0); b++)
+            fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
 }
 
 /* Tensors of the family of point i. 0: it spans no space. */

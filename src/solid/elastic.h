@@ -39,7 +39,7 @@ typedef struct pd_elastic {
     float *weight;     /* [bonds] [-] w; 0: the bond is broken */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
-    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] (1/w_0) sum w V_j n n n n: monomials of n, by powers of z, then y */
+    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
     double *total;     /* [count] [m^d] w_0 */
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
     pd_band band;      /* sums over bonds, and what they read of the points */

@@ -19,9 +19,6 @@
 /* A step may go so far that its work turns to this part of what it was, against it. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
-#ifndef PDI_ON
-#define PDI_ON 1
-#endif
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
 typedef struct pdi_equilibrium {
@@ -277,7 +274,7 @@ static pd_status pdi_equilibrium_prepare(pdi_equilibrium *q, const double *u)
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
     if (q->load) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_bears));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
-    if (q->solid->moduli && PDI_ON) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
+    if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;

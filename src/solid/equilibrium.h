@@ -1,8 +1,9 @@
 /* equilibrium: displacements of a body at rest under loads and held points.
  *
  * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
- * linear material takes one step. The preconditioner is the block of each point. A body that nothing holds may move as
- * a whole; then the loads have to balance.
+ * linear material takes one step. The preconditioner adds a coarse picture of the body to the block of each point, so
+ * finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to balance,
+ * and of all displacements those without a mean motion are found.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H

@@ -3,7 +3,7 @@
 #define PD_RIGID_H
 #include "solid/body.h"
 
-enum { PD_RIGID_MOTIONS = PD_DIM * (PD_DIM + 1) / 2 };
+#define PD_RIGID_MOTIONS (PD_DIM * (PD_DIM + 1) / 2)
 
 typedef struct pd_rigid {
     const pd_body *body;
