@@ -222,8 +222,7 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] =
             e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
     }
-    pdi_band_find(&e->band);
-    return PD_OK;
+    return pdi_band_find(ctx, &e->band);
 }
 
 static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
@@ -318,7 +317,7 @@ static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, in
 {
     const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
     double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
-    double *field = e->band.field + i, share = field[PDI_BAND_SHARE * e->band.stride];
+    double *field = pdi_band_field(&e->band, 0) + i, share = field[PDI_BAND_SHARE * e->band.stride];
     if (e->total[i] > 0.0) pdi_elastic_stray_moment(e, sums, i, n, h, sum);
     pdi_elastic_law(e, h, stress);
     for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++) {
