@@ -161,26 +161,32 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     return 1;
 }
 
-/* g of point i at bond xi over w: the stress P gives the bond the force P g. */
-static void pdi_elastic_share(const pd_elastic *e, int32_t i, const double *xi, double over, double *g)
+/* What bonds read of point i for the normals of the surface: those are the forces of displacements u = x with c = 1/w_0,
+ * A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
 {
-    double at[PD_DIM], back[PD_DIM];
-    pdi_elastic_times(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, xi, at);
-    pdi_elastic_times(e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, at, back);
-    for (int d = 0; d < PD_DIM; d++) g[d] = xi[d] * over / e->total[i] + at[d] - back[d];
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double part[PDI_ELASTIC_TENSOR], *field = pdi_band_field(&e->band, 0) + i;
+    pdi_elastic_product(mean, shape, part);
+    field[PDI_BAND_SHARE * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+        field[(PDI_BAND_TURN + p) * e->band.stride] = 0.0;
+        field[(PDI_BAND_CARRY + p) * e->band.stride] = shape[p] - part[p];
+        if (e->band.flows) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
+    }
 }
 
-static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
+static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
 {
-    double xi[PD_DIM], own[PD_DIM], other[PD_DIM], *edge = e->edge + (int64_t)i * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_share(e, i, xi, over, own);
-        pdi_elastic_share(e, e->body->column[b], xi, over, other);
-        for (int d = 0; d < PD_DIM; d++) edge[d] += weight * (own[d] + other[d]);
-    }
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, e->body->position);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) pdi_elastic_bare(e, i);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, -1.0, 1.0, e->edge);
+    for (int32_t i = 0; i < e->body->count; i++)
+        pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
 /* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
@@ -214,15 +220,9 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
                         body->position[(int64_t)flat * PD_DIM]);
-    int nt = pdi_par_threads(ctx, body->bonds * 40);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_edge(e, i);
-        pdi_band_field(&e->band, PDI_BAND_SHARE)[i] =
-            e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
-    }
-    return pdi_band_find(ctx, &e->band);
+    PDI_TRY(pdi_band_find(ctx, &e->band));
+    pdi_elastic_edges(ctx, e);
+    return PD_OK;
 }
 
 static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
