@@ -24262,11 +24262,12 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     return 1;
 }
 
-/* What bonds read of point i for the normals of the surface: those are the forces of displacements u = x with c = 1/w_0,
- * A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+/* What bonds read of point i for the normals of the surface. Those are the forces of displacements u = x with
+ * c = 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
 static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
 {
-    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
     double part[PDI_ELASTIC_TENSOR], *field = pdi_band_field(&e->band, 0) + i;
     pdi_elastic_product(mean, shape, part);
     field[PDI_BAND_SHARE * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
