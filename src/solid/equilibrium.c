@@ -2,7 +2,7 @@
 #include "solid/equilibrium.h"
 #include "core/par.h"
 #include "core/vec.h"
-#include "solve/krylov.h"
+#include "solid/rigid.h"
 #include <math.h>
 #include <string.h>
 
@@ -12,10 +12,15 @@
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
+/* Weight of the blocks beside the coarse picture. Both see waves about as long as a bond. */
+#define PDI_EQUILIBRIUM_SHARE 0.6
 /* A step may go so far that its work turns to this part of what it was, against it. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
+
+/* What is done for each piece. */
+typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
 
 PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
@@ -24,6 +29,8 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
+    PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
 
 /* y = -V df of what is free, along x. */
@@ -53,13 +60,27 @@ PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
 PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    double share = q->scaffold.levels ? PDI_EQUILIBRIUM_SHARE : 1.0;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
         for (int a = 0; a < PD_DIM; a++) {
             const double *row = q->block + i * PDI_EQUILIBRIUM_BLOCK + a * PD_DIM;
             double sum = 0.0;
             for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
-            y[i * PD_DIM + a] = pdi_equilibrium_held(q, i * PD_DIM + a) ? 0.0 : sum;
+            y[i * PD_DIM + a] = share * sum;
         }
+    if (q->scaffold.levels) pdi_scaffold_add(q->ctx, (pd_scaffold *)&q->scaffold, x, y);
+    for (int64_t k = 0; k < q->n; k++)
+        if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
+}
+
+/* The coarse picture, with the diagonals of blocks as the springs of what is held; it needs the blocks. */
+static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
+{
+    if (!q->scaffold.levels) return;
+    q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
+    for (int64_t k = 0; k < q->n; k++)
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->block[k * PD_DIM + k % PD_DIM] : 0.0;
+    pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
@@ -68,6 +89,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
+    pdi_equilibrium_scaffold(q);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -116,21 +138,40 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_
     return PD_OK;
 }
 
-/* The same for all pieces. */
-static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q)
+/* Calls `visit` for each piece. */
+static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        pd_rigid rigid;
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
-        status = pdi_equilibrium_balanced(q, piece, count);
+        pdi_rigid_find(q->solid->body, q->desc->held, piece, count, &rigid);
+        status = visit(q, &rigid);
     }
     PDI_DELETE(q->ctx, all, piece);
     PDI_DELETE(q->ctx, all, seen);
     return status;
+}
+
+/* Refuses loads that a piece does not bear. */
+static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
+    q->moves = q->moves || rigid->motions;
+    if (!q->solid->linear || !(pdi_rigid_work(rigid, q->desc->held, q->load) > PDI_EQUILIBRIUM_ROUNDING)) return PD_OK;
+    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
+                    "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
+}
+
+/* Of a step, no piece moves as a whole without need. */
+static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
 }
 
 /* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
@@ -156,6 +197,7 @@ static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_eq
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
+    if (status >= 0 && q->moves && q->scaffold.levels) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -215,7 +257,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
 {
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
+    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_borne));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     pd_status status = pdi_equilibrium_rest(q, u, norm);
     if (status == PD_RETRY)
@@ -233,6 +275,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     pd_krylov_desc kd;
     pd_status status;
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
+    if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
@@ -270,6 +313,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
     q.n = (int64_t)solid->body->count * PD_DIM;
     pd_status status = pdi_equilibrium_run(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
+    pdi_scaffold_free(ctx, &q.scaffold);
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
@@ -277,4 +321,5 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #undef PDI_EQUILIBRIUM_ROUNDING
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
+#undef PDI_EQUILIBRIUM_SHARE
 #undef PDI_EQUILIBRIUM_BEYOND

@@ -1,11 +1,13 @@
 /* equilibrium: displacements of a body at rest under loads and held points.
  *
  * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
- * linear material takes one step. The preconditioner is the block of each point. A body that nothing holds may move as
- * a whole; then the loads have to balance.
+ * linear material takes one step. The preconditioner adds a coarse picture of the body to the block of each point, so
+ * finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to balance,
+ * and of all displacements those without a mean motion are found.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
+#include "solid/scaffold.h"
 #include "solid/solid.h"
 #include "solve/krylov.h"
 
@@ -46,6 +48,9 @@ typedef struct pdi_equilibrium {
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
     double *trial; /* [n] [m] of materials that are not linear */
+    double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
+    pd_scaffold scaffold; /* where the moduli are known */
+    int moves;            /* 1: a piece may move as a whole */
     pd_krylov krylov;
 } pdi_equilibrium;
 
@@ -60,7 +65,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const doubl
 PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
 /* Inverse blocks. Components that are held are left out. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
-/* y [m] = the inverse blocks times x [N]. */
+/* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
