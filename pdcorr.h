@@ -3618,7 +3618,7 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
  *
  * The ball has its centre in a point, the cell is an interval, a square or a cube around another one. The part follows
  * in closed form from the volumes of the ball beyond the corners of the cell, which are integrals of arc sines
- * (theory: eq. 8.11).
+ * (theory: eq. 8.14).
  */
 #ifndef PD_RIM_H
 #define PD_RIM_H
@@ -3643,6 +3643,7 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
+#include <math.h>
 
 /* How bonds count by their length r. */
 typedef enum pd_influence {
@@ -3699,6 +3700,20 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+/* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
+ * which has the digits of the displacements. */
+static inline double pdi_body_strain(const double *xi, const double *eta, double *y, double *r, double *length)
+{
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        y[d] = xi[d] + eta[d];
+        square += xi[d] * xi[d];
+        more += eta[d] * (xi[d] + y[d]);
+    }
+    *r = sqrt(square);
+    *length = sqrt(square + more);
+    return more / (*r * (*length + *r));
 }
 /* How many bonds point i has that are not broken. */
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
@@ -26589,9 +26604,9 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
- * no loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+/* The loads, and what is held, those parts of the way from the start of the step to time t. What has come off has no
+ * loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part, double move)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
@@ -26599,7 +26614,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * q->relax * (q->u[k] - *start);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + move * (q->u[k] - *start);
     }
     return PD_OK;
 }
@@ -26678,15 +26693,10 @@ static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int6
 {
     const pd_body *body = q->solid.body;
     const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[d] - own[d];
-        square += xi[d] * xi[d];
-        more += eta * (2.0 * xi[d] + eta);
-    }
-    double r = sqrt(square);
-    return more / (r * (sqrt(square + more) + r));
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_body_strain(xi, eta, y, &r, &length);
 }
 
 /* Breaks the bonds of this round; how many. */
@@ -26754,7 +26764,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
     while (done < 1.0) {
         pdi_quasi_static_keep(q);
-        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part, (done + part) * q->relax));
         pd_status status = pdi_quasi_static_settle(ctx, q, t);
         if (status < 0) return status;
         if (status != PD_RETRY) {
@@ -26799,10 +26809,9 @@ static void pdi_quasi_static_relax(pd_quasi_static *q, int again)
 /* 1: what is held at t, and its loads, are not those of the last balance. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
 {
-    q->relax = 1.0;
     memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0, 1.0));
     *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
                pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
     for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - q->start[k] : 0.0;
@@ -26817,9 +26826,7 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
     pd_status status = PD_OK;
     if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
-        double relax = q->relax;
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
-        q->relax = relax;
         pdi_quasi_static_relax(q, again);
         if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
         if (status < 0) return status;
@@ -27449,22 +27456,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
- * displacements. */
-static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
-{
-    double square = 0.0, more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        y[d] = xi[d] + eta[d];
-        square += xi[d] * xi[d];
-        more += eta[d] * (xi[d] + y[d]);
-    }
-    *r = sqrt(square);
-    *length = sqrt(square + more);
-    return more / (*r * (*length + *r));
-}
-
-/* That of bond b of point i. */
+/* Stretch of bond b of point i, Y, r and |Y| [m]. */
 static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
                                               double *r, double *length)
 {
@@ -27472,7 +27464,7 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     double xi[PD_DIM], eta[PD_DIM];
     pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_microelastic_strain(xi, eta, y, r, length);
+    return pdi_body_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -27488,7 +27480,7 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
         eta[d] = u[to] - u[from];
         if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
+    double s = pdi_body_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 
@@ -35757,7 +35749,7 @@ static double pdi_points_gauss(const double *x, int g, double *place)
         }
         for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
     }
-    return pdi_points_determinant(jacobian) / PDI_POINTS_CORNERS;
+    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
 }
 
 /* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */

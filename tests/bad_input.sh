@@ -58,7 +58,7 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, table, run, output, probe, line, plane, force, transfer, total, measured: \
+transport, dissolve, corrode, solid, table, run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
@@ -115,7 +115,7 @@ spoil "unknown operand" 's/\[side x-\]/[shape b] union = pin, tube   kind = wall
     "bad.scene:3: union: found 'tube', expected the name of a [shape] above"
 spoil "unused shape" 's/\[side x-\]/[shape b] ball = 0, 0   radius = 20 um\n[side x-]/' \
     "bad.scene:3: shape: 'b' has no kind and is part of no other shape, expected kind = solid, wall, \
-medium or passive"
+medium, passive or grip"
 spoil "missing mask" 's/\[side x-\]/[shape b] mask = none.png   corner = 0, 0   cell = 1 um   kind = wall\n[side x-]/' \
     "bad.scene:3: mask: file: cannot open 'none.png': No such file or directory"
 spoil "key twice" 's/until = 1 h/until = 1 h   until = 2 h/' \

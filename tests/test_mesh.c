@@ -239,8 +239,7 @@ TEST(bodies)
         if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
         for (int32_t i = 0; i < body.count * PD_DIM; i++) u[i] = i % PD_DIM ? 0.0 : strain * body.position[i];
         if (PD_DIM > 1) whole *= 0.7 / (1.3 * 0.4);
-        pd_elastic_force(&ctx, &elastic, u, stress);
-        pd_elastic_stress(&ctx, &elastic, stress);
+        pd_elastic_stress(&ctx, &elastic, u, stress);
         for (int32_t i = 0; i < body.count; i++) worst = fmax(worst, fabs(stress[i * PD_DIM * PD_DIM] - whole));
         CHECK_LE(worst, 1e-12 * whole);
         pd_elastic_free(&ctx, &elastic);

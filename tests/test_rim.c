@@ -279,7 +279,7 @@ TEST(materials)
     memset(u, 0, sizeof u);
     for (int32_t i = 0; i < c->body.count; i++) u[i * PD_DIM] = strain * c->position[i * PD_DIM];
     pd_elastic_force(&c->ctx, &elastic, u, force);
-    pd_elastic_stress(&c->ctx, &elastic, stress);
+    pd_elastic_stress(&c->ctx, &elastic, u, stress);
     double whole = 45e9 * 0.7 / (1.3 * 0.4) * strain;
     for (int32_t i = 0; i < c->body.count; i++) worst = fmax(worst, fabs(stress[i * PD_DIM * PD_DIM] - whole));
     CHECK_LE(worst, 1e-12 * whole);

@@ -101,7 +101,7 @@ static double pdi_points_gauss(const double *x, int g, double *place)
         }
         for (int d = 0; d < PD_DIM; d++) place[d] += shape * x[k * PD_DIM + d];
     }
-    return pdi_points_determinant(jacobian) / PDI_POINTS_CORNERS;
+    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
 }
 
 /* Volume of a cell, with the sign of its turn, and its centroid. 0: it is folded, or has none. */

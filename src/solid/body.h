@@ -9,6 +9,7 @@
 #define PD_BODY_H
 #include "core/owner.h"
 #include "solid/rim.h"
+#include <math.h>
 
 /* How bonds count by their length r. */
 typedef enum pd_influence {
@@ -65,6 +66,20 @@ static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, d
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+/* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
+ * which has the digits of the displacements. */
+static inline double pdi_body_strain(const double *xi, const double *eta, double *y, double *r, double *length)
+{
+    double square = 0.0, more = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        y[d] = xi[d] + eta[d];
+        square += xi[d] * xi[d];
+        more += eta[d] * (xi[d] + y[d]);
+    }
+    *r = sqrt(square);
+    *length = sqrt(square + more);
+    return more / (*r * (*length + *r));
 }
 /* How many bonds point i has that are not broken. */
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);

@@ -189,22 +189,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of a bond, and Y [m]. It is a difference of squares over their sum, which has the digits of the
- * displacements. */
-static inline double pdi_microelastic_strain(const double *xi, const double *eta, double *y, double *r, double *length)
-{
-    double square = 0.0, more = 0.0;
-    for (int d = 0; d < PD_DIM; d++) {
-        y[d] = xi[d] + eta[d];
-        square += xi[d] * xi[d];
-        more += eta[d] * (xi[d] + y[d]);
-    }
-    *r = sqrt(square);
-    *length = sqrt(square + more);
-    return more / (*r * (*length + *r));
-}
-
-/* That of bond b of point i. */
+/* Stretch of bond b of point i, Y, r and |Y| [m]. */
 static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
                                               double *r, double *length)
 {
@@ -212,7 +197,7 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     double xi[PD_DIM], eta[PD_DIM];
     pdi_body_bond(body, i, b, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_microelastic_strain(xi, eta, y, r, length);
+    return pdi_body_strain(xi, eta, y, r, length);
 }
 
 /* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
@@ -228,7 +213,7 @@ static double pdi_microelastic_release(const pd_microelastic *m, const double *u
         eta[d] = u[to] - u[from];
         if (v) eta[d] -= back * (v[to] - v[from]);
     }
-    double s = pdi_microelastic_strain(xi, eta, y, &r, &length);
+    double s = pdi_body_strain(xi, eta, y, &r, &length);
     return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
 }
 

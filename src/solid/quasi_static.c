@@ -79,9 +79,9 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is held, and the loads, that far from those of the start of the step to those of time t. What has come off has
- * no loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+/* The loads, and what is held, those parts of the way from the start of the step to time t. What has come off has no
+ * loads. */
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part, double move)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
@@ -89,7 +89,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * q->relax * (q->u[k] - *start);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + move * (q->u[k] - *start);
     }
     return PD_OK;
 }
@@ -168,15 +168,10 @@ static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int6
 {
     const pd_body *body = q->solid.body;
     const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], square = 0.0, more = 0.0;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[d] - own[d];
-        square += xi[d] * xi[d];
-        more += eta * (2.0 * xi[d] + eta);
-    }
-    double r = sqrt(square);
-    return more / (r * (sqrt(square + more) + r));
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    return pdi_body_strain(xi, eta, y, &r, &length);
 }
 
 /* Breaks the bonds of this round; how many. */
@@ -244,7 +239,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
     while (done < 1.0) {
         pdi_quasi_static_keep(q);
-        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part));
+        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part, (done + part) * q->relax));
         pd_status status = pdi_quasi_static_settle(ctx, q, t);
         if (status < 0) return status;
         if (status != PD_RETRY) {
@@ -289,10 +284,9 @@ static void pdi_quasi_static_relax(pd_quasi_static *q, int again)
 /* 1: what is held at t, and its loads, are not those of the last balance. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
 {
-    q->relax = 1.0;
     memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0));
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0, 1.0));
     *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
                pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
     for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - q->start[k] : 0.0;
@@ -307,9 +301,7 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
     pd_status status = PD_OK;
     if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
-        double relax = q->relax;
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
-        q->relax = relax;
         pdi_quasi_static_relax(q, again);
         if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
         if (status < 0) return status;
