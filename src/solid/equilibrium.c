@@ -1,6 +1,7 @@
 /* equilibrium: see equilibrium.h */
 #include "solid/equilibrium.h"
 #include "core/par.h"
+#include "core/rng.h"
 #include "core/vec.h"
 #include <float.h>
 #include <math.h>
@@ -8,8 +9,8 @@
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-/* Forces are known to that share of the blocks times the displacements. */
-#define PDI_EQUILIBRIUM_DIGITS (4.0 * DBL_EPSILON)
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
@@ -225,6 +226,16 @@ static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion
     return 1;
 }
 
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
@@ -272,6 +283,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -295,14 +323,6 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     }
     result->residual = norm;
     return norm > target ? PD_RETRY : PD_OK;
-}
-
-/* Forces [N] that are rounding at displacements u. */
-static double pdi_equilibrium_digits(const pdi_equilibrium *q, const double *u)
-{
-    double sum = 0.0;
-    for (int64_t k = 0; k < q->n; k++) sum += q->diagonal[k] * u[k] * q->diagonal[k] * u[k];
-    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
 }
 
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
@@ -336,18 +356,11 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_scaffold(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
                         "loads turn it: hold it, or balance their moments");

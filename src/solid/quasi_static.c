@@ -106,11 +106,12 @@ static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece,
     return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
 }
 
-/* Point i comes off at time t and loses its loads. */
+/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
 static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
 {
     q->off[i] = 1;
-    for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)i * PD_DIM + d] = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
     q->lost++;
     if (q->parted < 0.0) q->parted = t;
 }
