@@ -1774,10 +1774,12 @@ typedef struct pd_krylov_desc {
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
+    const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
+                         * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol and zero_guess of desc may be changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -1820,7 +1822,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
- * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * out of a callback, or CG met an indefinite operator or a direction without stiffness, which is vector 1 of the work;
+ * x is the best iterate seen. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
@@ -3898,6 +3901,8 @@ typedef struct pd_scaffold {
 /* Boxes, parts and nodes of a body with the bonds that it has now. */
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *scaffold);
 PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *scaffold);
+/* [byte] of that for a compact body of so many points whose boxes are `wide` points wide. */
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide);
 /* Moduli [count] [Pa] of the points and springs that hold them, hold [count][PD_DIM] [N/m]: 0 for what is free. */
 PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *scaffold, const double *lambda, const double *mu,
                               const double *hold);
@@ -4120,6 +4125,8 @@ typedef struct pd_equilibrium_desc {
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
                             * 1e-10 */
     int max_iterations;    /* 0: 10000 */
+    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
+                            * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
@@ -4135,7 +4142,7 @@ typedef struct pd_equilibrium_result {
  * all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
  * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
- * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
@@ -4148,6 +4155,7 @@ typedef struct pdi_equilibrium {
     const double *load;
     int64_t n;     /* components of all points */
     double size;   /* [N] of the problem, which residuals are over */
+    double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
@@ -4167,10 +4175,12 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
 /* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
 PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse blocks. Components that are held are left out. */
+/* Inverse blocks and their diagonals, at the last u. Components that are held are left out. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
 /* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
+/* 1: loads turn a piece that does not resist: strains are small, so it does not turn to where they balance. */
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
@@ -7233,6 +7243,7 @@ typedef struct pd_footprint {
     double bytes[PD_PART_COUNT];  /* [byte] */
     double working;               /* [byte] coarse levels, which appear in a run */
     double files;                 /* [byte] fields of files, and the largest picture */
+    double balance;               /* [byte] while metal comes to rest, when no file is written */
     double all;                   /* [byte] */
 } pd_footprint;
 
@@ -13877,6 +13888,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #define PDI_KRYLOV_CANCEL 0.1
 /* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
 #define PDI_KRYLOV_PIVOT 1e-13
+/* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
+#define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
@@ -14375,6 +14388,20 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
 
 /* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
  * a cycle in single precision is symmetric to its rounding only. */
+/* The stiffness p.Ap that is rounding. Takes work vector 2. */
+static double pdi_krylov_flat(const pdi_krylov_run *run)
+{
+    const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
+    double *z = pdi_krylov_vector(run, 2);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
+    (void)nt;
+    if (!d) return 0.0;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
+    return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
+}
+
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -14394,6 +14421,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         pdi_krylov_apply(run, p, q);
         double curvature = pdi_krylov_dot(run, p, q);
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
+        double flat = pdi_krylov_flat(run);
+        if (flat > 0.0 && fabs(curvature) <= flat)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
             return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
@@ -14420,6 +14451,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
         pd_status status = pdi_krylov_cg_run(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
+            run->result->residual = best.norm;
             return status;
         }
         pdi_krylov_best_restore(run, &best, r);
@@ -24856,6 +24888,29 @@ static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
     }
 }
 
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
+{
+    double bytes, parts = (double)count;
+    pd_body body;
+    pd_scaffold s;
+    memset(&body, 0, sizeof body);
+    memset(&s, 0, sizeof s);
+    body.count = count;
+    s.body = &body;
+    for (int d = 0; d < PD_DIM; d++) parts /= wide;
+    s.level[0].parts = (int32_t)parts + 1;
+    bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+        pd_scaffold_level *level = &s.level[k];
+        level->parts = (int32_t)parts + 1;
+        level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
+        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
+                          pdi_owner_bytes(pdi_scaffold_links, level));
+    }
+    return bytes;
+}
+
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
 {
     memset(s, 0, sizeof *s);
@@ -26192,12 +26247,14 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 
 /* ======== >>solid/equilibrium.c ======== */
 /* equilibrium: see equilibrium.h */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
@@ -26215,6 +26272,7 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
@@ -26262,13 +26320,13 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held; it needs the blocks. */
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
     if (!q->scaffold.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
-        q->step[k] = pdi_equilibrium_held(q, k) ? q->block[k * PD_DIM + k % PD_DIM] : 0.0;
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
@@ -26278,7 +26336,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
-    pdi_equilibrium_scaffold(q);
+    for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -26313,6 +26371,11 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     }
     if (sum) *sum = all;
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
+}
+
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+{
+    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
@@ -26351,7 +26414,7 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 {
     PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
     q->moves = q->moves || rigid->motions;
-    if (!q->solid->linear || !(pdi_rigid_work(rigid, q->desc->held, q->load) > PDI_EQUILIBRIUM_ROUNDING)) return PD_OK;
+    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
     return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
                     "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
 }
@@ -26360,6 +26423,22 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
+}
+
+/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    const double *volume = q->solid->body->volume;
+    for (int way = 0; way < 2; way++) {
+        for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
+            for (int d = 0; d < PD_DIM; d++) {
+                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
+                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
+                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+            }
+        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+    }
     return PD_OK;
 }
 
@@ -26377,16 +26456,46 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
+/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+{
+    double work = 0.0, size = 0.0;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double part = q->solid->body->volume[k / PD_DIM] * q->load[k] * motion[k];
+        work += part;
+        size += fabs(part);
+    }
+    if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
+    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    return 1;
+}
+
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
+    int moves = q->moves && q->scaffold.levels;
     q->krylov.desc.atol = target;
+    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
-    if (status >= 0 && q->moves && q->scaffold.levels) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
+    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
+        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -26418,6 +26527,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -26426,6 +26552,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
         double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
+        pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
         status = pdi_equilibrium_search(q, u, target, &norm);
@@ -26453,8 +26580,10 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    q->size = pdi_equilibrium_size(q, u);
-    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    pdi_equilibrium_blocks(q);
+    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
 
@@ -26463,6 +26592,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     double norm, target;
     pd_krylov_desc kd;
     pd_status status;
+    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
@@ -26470,21 +26600,14 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_blocks(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
-                        "their moments");
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+                        "loads turn it: hold it, or balance their moments");
     result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
@@ -26508,6 +26631,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_DIGITS
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_SHARE
@@ -26539,6 +26663,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #define PDI_QUASI_STATIC_AGAIN 60
 /* Least part of its way that what is held moves in a round, and one over the most. */
 #define PDI_QUASI_STATIC_RELAX 0.1
+/* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
+#define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -26619,12 +26745,24 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
     return PD_OK;
 }
 
-/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+/* 1: the loads of a piece move it, or turn it, as nothing holds it. */
 static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
+    pd_rigid rigid;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    return 0;
+    pdi_rigid_find(q->solid.body, q->desc.held, piece, count, &rigid);
+    return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
+}
+
+/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
+static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
+{
+    q->off[i] = 1;
+    for (int d = 0; d < PD_DIM; d++)
+        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
+    q->lost++;
+    if (q->parted < 0.0) q->parted = t;
 }
 
 /* Pieces that have come off lose their loads. */
@@ -26638,16 +26776,45 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
         if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
-        for (int32_t k = 0; k < count; k++) {
-            q->off[piece[k]] = 1;
-            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
-        }
-        q->lost += count;
-        if (q->parted < 0.0) q->parted = t;
+        for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
     return status;
+}
+
+/* How fast a motion turns the fastest bond of point i [1/m]. */
+static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
+{
+    double most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], length = 0.0, way = 0.0;
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            length += xi[d] * xi[d];
+            way += eta * eta;
+        }
+        most = fmax(most, way / length);
+    }
+    return sqrt(most);
+}
+
+/* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
+ * other. How many points. */
+static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
+{
+    const pd_body *body = q->solid.body;
+    double most = 0.0;
+    int32_t count = 0;
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count && most > 0.0; i++) {
+        if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
+        pdi_quasi_static_lose(q, i, t);
+        count++;
+    }
+    return count;
 }
 
 /* ---- balance ---- */
@@ -26664,17 +26831,27 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+/* The balance, without what turns about hinges. The forces are those before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    pd_equilibrium_desc desc;
-    pd_equilibrium_result result;
-    memset(&desc, 0, sizeof desc);
-    desc.held = q->desc.held;
-    desc.rtol = q->desc.rtol;
-    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
-    q->iterations += result.iterations;
-    q->solves++;
-    q->residual = result.residual;
+    pd_status status = PD_ERR_DIVERGED;
+    for (int turns = 1; turns;) {
+        pd_equilibrium_desc desc;
+        pd_equilibrium_result result;
+        memset(&desc, 0, sizeof desc);
+        desc.held = q->desc.held;
+        desc.rtol = q->desc.rtol;
+        desc.swing = q->force;
+        status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+        q->iterations += result.iterations;
+        q->solves++;
+        q->residual = result.residual;
+        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_swing(q, q->force, t);
+        if (!turns) continue;
+        ctx->status = PD_OK; /* the next balance is without them */
+        ctx->message[0] = '\0';
+    }
+    memcpy(q->force, q->before + 2 * q->n, (size_t)q->n * sizeof *q->force);
     return status;
 }
 
@@ -26737,7 +26914,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
 {
     for (;;) {
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
@@ -26872,6 +27049,7 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
+#undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS
 
 /* ======== >>solid/relaxation.c ======== */
@@ -43378,11 +43556,37 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+/* [byte] of what a balance of a body takes while it is found. */
+static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
+{
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    pdi_equilibrium q;
+    pd_krylov_desc kd;
+    memset(&q, 0, sizeof q);
+    memset(&kd, 0, sizeof kd);
+    q.solid = &solid;
+    q.n = kd.n = s->rest.n;
+    kd.method = PD_KRYLOV_CG;
+    return pdi_footprint_krylov(plan, &kd) + pdi_footprint_list(plan, pdi_equilibrium_list, &q) +
+           plan->times * pdi_scaffold_bytes(s->count, m + 0.5);
+}
+
+/* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+{
+    double most = fmin(PD_BAND_MOST, plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    pd_band band;
+    memset(&band, 0, sizeof band);
+    band.body = &s->body;
+    band.flows = s->elastic.plastic.count > 0;
+    band.stride = s->count;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
     pd_structure s;
-    pd_krylov_desc kd;
     if (!u->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
@@ -43396,12 +43600,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
     *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
-    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    memset(&kd, 0, sizeof kd);
-    kd.method = PD_KRYLOV_CG;
-    kd.n = s.rest.n;
-    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
-    b->working = fmax(b->working, solve);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest) + pdi_footprint_bands(plan, &s);
+    b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -43463,7 +43663,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -43473,7 +43673,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= b.files;
+    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);

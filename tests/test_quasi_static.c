@@ -265,7 +265,8 @@ TEST(random_cuts)
         all++;
         CHECK_LE(c->rest.residual, 1e-10);
         CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
-        if (c->rest.parted >= 0.0 && c->rest.lost == c->body.count / 2) CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
+        if (c->rest.parted >= 0.0 && c->rest.lost == c->body.count / 2)
+            CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
         end(c);
     }
     NOTE("%d of %d come off", off, all);
@@ -290,4 +291,5 @@ TEST(bad_input)
     end(c);
 }
 
-TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(comes_off) ENTRY(hinge) ENTRY(random_cuts) ENTRY(bad_input))
+TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(comes_off) ENTRY(hinge)
+          ENTRY(random_cuts) ENTRY(bad_input))

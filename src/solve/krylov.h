@@ -39,8 +39,8 @@ typedef struct pd_krylov_desc {
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
-    const double *diagonal; /* [n] CG: of A, about. A direction whose stiffness is rounding beside it has none. Borrowed;
-                         * NULL: only negative ones are seen */
+    const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
+                         * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
 } pd_krylov_desc;
 
