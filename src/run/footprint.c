@@ -313,7 +313,7 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
 {
-    double most = fmin(PD_BAND_MOST, plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
