@@ -16,6 +16,7 @@
 #include "solid/finite.h"
 #include "solid/microelastic.h"
 #include "solid/ordinary.h"
+#include "solid/scaffold.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
@@ -420,6 +421,9 @@ BUILD(criterion, pd_criterion)
     d.critical = l->wrong ? -1.0 : 1.0;
     pd_solid solid = pd_microelastic_solid(&l->springs);
     return pd_criterion_build(ctx, &solid, &d, o);
+}
+
+INNER(scaffold, pd_scaffold) { return pdi_scaffold_build(ctx, &l->body, o); }
 
 BUILD(finite, pd_finite)
 {
@@ -525,8 +529,9 @@ static const entry builds[] = {
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
-    ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1) ROW(criterion, pd_criterion, 1, 1)
-    ROW(verlet, pd_verlet, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
+    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
+    ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
+    ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
@@ -588,7 +593,8 @@ TEST(a_failed_build_leaves_nothing)
 
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
-                                    "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse"};
+                                    "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
+                                    "band"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

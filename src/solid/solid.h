@@ -22,6 +22,10 @@ typedef struct pd_solid {
     /* block [count][PD_DIM^2] [N/m] about -V_i d force_i/d u_i at the last u, for preconditioners: symmetric and
      * positive definite. */
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
+    /* Lame's moduli [count] [Pa], about, of small strains about the places that the points had, for preconditioners: mu
+     * and lambda + 2 mu/3 are positive (1D: lambda). Steps of a piece that nothing holds leave its mean motion then.
+     * NULL: unknown. */
+    void (*moduli)(const pd_ctx *ctx, void *self, double *lambda, double *mu);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
     /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
