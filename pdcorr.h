@@ -14,8 +14,9 @@
  *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:
  *       #define PDCORR_NO_SCENE          leaves out scene and run
  *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it
- *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run
- *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with
+ *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/structure, and scene and run
+ *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those
+ *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with
  *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.
  *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that
  *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a
@@ -97,14 +98,25 @@
  *     body       material points of a solid and their families.
  *     cut        cracks that a body has from the start, and the damage of its points.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
+ *     weigh      how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
+ *     strain     symmetric tensors as vectors, and symmetric matrices between them.
+ *     rigid      motions of a piece of a body as a whole that what is held allows.
+ *     scaffold   a coarse picture of a body under small strains, for preconditioners.
  *     plastic    metal that flows at von Mises' yield stress and hardens, at small strains.
+ *     band       the two sums over bonds that small strains need, for many points at a time.
  *     elastic    small strains of a body by bond-associated correspondence.
+ *     criterion  when bonds of a solid break, which do, and which is the first as a load grows.
  *     equilibrium displacements of a body at rest under loads and held points.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
+ *     ordinary   linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
+ *     tensor     vectors and tensors of mechanics in loops over bonds.
+ *     finite_law energy and stress of one place of a solid at large strains.
+ *     finite     large strains of a body by correspondence.
+ *     bone       stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -192,7 +204,9 @@
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, metal, couple, scene, run; kernels (core, lattice, solve) stay
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
+ *                          stay
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -267,7 +281,8 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || defined(PDCORR_NO_PHYSICS)
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -1771,10 +1786,12 @@ typedef struct pd_krylov_desc {
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
+    const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
+                         * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol and zero_guess of desc may be changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -1817,7 +1834,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
- * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * out of a callback, or CG met an indefinite operator or a direction without stiffness, which is vector 1 of the work;
+ * x is the best iterate seen. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
@@ -3609,6 +3627,9 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>solid/rim.h ======== */
 /* rim: the part of a cell of a lattice that lies within a ball.
@@ -3783,8 +3804,15 @@ typedef struct pd_solid {
     /* block [count][PD_DIM^2] [N/m] about -V_i d force_i/d u_i at the last u, for preconditioners: symmetric and
      * positive definite. */
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
+    /* Lame's moduli [count] [Pa], about, of small strains about the places that the points had, for preconditioners: mu
+     * and lambda + 2 mu/3 are positive (1D: lambda). Steps of a piece that nothing holds leave its mean motion then.
+     * NULL: unknown. */
+    void (*moduli)(const pd_ctx *ctx, void *self, double *lambda, double *mu);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
+    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
+     * sum V_j energy_ij. A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
@@ -3808,6 +3836,232 @@ typedef struct pd_solid {
     /* Write all that is remembered, or read it. NULL: nothing is. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
 } pd_solid;
+
+#ifdef PDI_INTERNAL
+/* Von Mises' stress of a stress and, in 2D, the one normal to its plane; *mean: of the normal stresses [Pa]. */
+static inline double pdi_solid_mises(const double *stress, double normal, double *mean)
+{
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * PD_DIM + d];
+    *mean = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = stress[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    return sqrt(1.5 * square);
+}
+#endif
+
+#endif
+
+/* ======== >>solid/weigh.h ======== */
+/* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
+ *
+ * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
+ * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8).
+ */
+#ifndef PD_WEIGH_H
+#define PD_WEIGH_H
+
+#ifdef PDI_INTERNAL
+typedef enum pdi_weigh_way {
+    PDI_WEIGH_PLAIN = 0, /* g = 1 */
+    PDI_WEIGH_ENERGY,    /* by the energy of strains along the axes */
+    PDI_WEIGH_VOLUME     /* 2 V_0/(V_i + V_j), V: of families */
+} pdi_weigh_way;
+
+/* Sums over a whole family of the lattice. */
+typedef struct pdi_weigh_sums {
+    double size;   /* [m^(d+2)] sum w r^2 V */
+    double axis;   /* [m^(d+2)] sum w r^2 n_0^4 V */
+    double off;    /* [m^(d+2)] sum w r^2 n_0^2 n_1^2 V */
+    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
+    double least;  /* [-] least w of all bonds */
+} pdi_weigh_sums;
+
+typedef struct pdi_weigh {
+    const pd_body *body;
+    pd_influence influence;
+    pdi_weigh_way way;
+    double shear;         /* [-] a */
+    pdi_weigh_sums whole; /* zero without a spacing */
+} pdi_weigh;
+
+/* The part q of direction xi; its mean over all directions is zero. 1D has one direction. */
+static inline double pdi_weigh_cubic(const double *xi, double square)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
+    return PD_DIM > 1 ? sum - 3.0 / (PD_DIM + 2.0) : 0.0;
+}
+/* g of a bond along xi whose ends have the parts `own` and `other` of `bulk` along the axes: the mean of both ends,
+ * between axes as on an ellipsoid (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018). */
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk);
+/* Volume of a cell of the lattice [m^d]. */
+static inline double pdi_weigh_cell(const pd_body *body)
+{
+    double volume = 1.0;
+    for (int d = 0; d < PD_DIM; d++) volume *= body->spacing;
+    return volume;
+}
+/* How many places of a lattice a family may have. */
+PDI_FN int pdi_weigh_places(const pd_body *body);
+/* Place k of them: xi [m], and its square; 0: the point itself. */
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
+/* Largest over least energy of a crack, all normals n; 1: it takes none. */
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
+/* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
+PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
+/* weight [bonds]; 0: the bond is broken. Both ends of a bond get the same number, and bonds that are broken count for g
+ * as others do. */
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, float *weight);
+#endif
+
+#endif
+
+/* ======== >>solid/strain.h ======== */
+/* strain: symmetric tensors as vectors, and symmetric matrices between them.
+ *
+ * A tensor is its diagonal and then what lies off it times the root of 2, so that a.b = A:B. A matrix is its lower
+ * triangle, row by row.
+ */
+#ifndef PD_STRAIN_H
+#define PD_STRAIN_H
+
+#ifdef PDI_INTERNAL
+#define PDI_STRAIN_PACK (PDI_SYM * (PDI_SYM + 1) / 2)
+#define PDI_STRAIN_ROOT2 1.41421356237309504880
+
+/* x x^T. */
+static inline void pdi_strain_dyad(const double *x, double *v)
+{
+    int k = PD_DIM;
+    for (int p = 0; p < PD_DIM; p++) {
+        v[p] = x[p] * x[p];
+        for (int q = 0; q < p; q++) v[k++] = PDI_STRAIN_ROOT2 * x[p] * x[q];
+    }
+}
+
+static inline double pdi_strain_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < PDI_SYM; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+static inline double pdi_strain_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d];
+    return sum;
+}
+
+/* y = L x. */
+static inline void pdi_strain_times(const double *law, const double *x, double *y)
+{
+    for (int a = 0; a < PDI_SYM; a++) {
+        y[a] = *law++ * x[0];
+        for (int b = 1; b <= a; b++) y[a] += *law++ * x[b];
+        for (int b = 0; b < a; b++) y[b] += law[b - a - 1] * x[a];
+    }
+}
+#endif
+
+#endif
+
+/* ======== >>solid/rigid.h ======== */
+/* rigid: motions of a piece of a body as a whole that what is held allows. */
+#ifndef PD_RIGID_H
+#define PD_RIGID_H
+
+#define PD_RIGID_MOTIONS (PD_DIM * (PD_DIM + 1) / 2)
+
+typedef struct pd_rigid {
+    const pd_body *body;
+    const int32_t *piece; /* [count] points. Borrowed */
+    int32_t count;
+    double origin[PD_DIM]; /* [m] */
+    double size;           /* [m] by which places are about 1 */
+    int motions;
+    double motion[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS]; /* [motions][..] [-] parts of the shifts and turns */
+} pd_rigid;
+
+#ifdef PDI_INTERNAL
+/* held [count][PD_DIM] of the body; NULL: nothing is held. piece is borrowed. */
+PDI_FN void pdi_rigid_find(const pd_body *body, const uint8_t *held, const int32_t *piece, int32_t count,
+                           pd_rigid *rigid);
+/* Of all motions the largest work of forces V load over the sum of their sizes [-]; load [count][PD_DIM] [N/m3] of the
+ * body, where nothing is held. */
+PDI_FN double pdi_rigid_work(const pd_rigid *rigid, const uint8_t *held, const double *load);
+/* Take the mean of all motions, by volume, from u [count][PD_DIM] [m] of the body. */
+PDI_FN void pdi_rigid_remove(const pd_rigid *rigid, double *u);
+#endif
+
+#endif
+
+/* ======== >>solid/scaffold.h ======== */
+/* scaffold: a coarse picture of a body under small strains, for preconditioners.
+ *
+ * Boxes about as wide as a bond hold finite elements of first order. What lies in a box and hangs together by bonds is
+ * a part, with an element of its own: its moduli are those of the box times the share of its points. Parts that bonds
+ * join share the nodes that their boxes share, so a crack or a gap of any width parts the elements, too. Boxes of
+ * twice the width follow, down to one box; a cycle of multigrid goes through them. What is held is held by springs.
+ *
+ * Sources: Hansbo and Hansbo 2004 (elements that a crack cuts are doubled); Trottenberg, Oosterlee and Schueller 2001
+ * (ch. 2); Bramble, Pasciak and Xu 1990 (corrections of all levels in a sum).
+ */
+#ifndef PD_SCAFFOLD_H
+#define PD_SCAFFOLD_H
+
+#define PD_SCAFFOLD_LEVELS 30
+
+typedef struct pd_scaffold_level {
+    int32_t parts, nodes, links;
+    int32_t *box;       /* [parts][PD_DIM] index of the box along the axes */
+    int32_t *node;      /* [parts][2^d] corners; bit d of a corner: the upper end of axis d */
+    int32_t *parent;    /* [parts] of the next level */
+    double *lambda, *mu; /* [parts] [N m] sum of V times a modulus (N in 1D and 2D per width and thickness) */
+    int32_t colour[(1 << PD_DIM) + 1]; /* begin of the nodes of each colour; those of one colour do not touch */
+    int32_t *corner;    /* [parts * 2^d] corners of all parts, by node */
+    int32_t *first;     /* [nodes + 1] begin of each node in corner */
+    int32_t *place;     /* [nodes][PD_DIM] index of the node along the axes */
+    double *hold;       /* [nodes][PD_DIM] [N/m] springs */
+    int32_t *row;       /* [nodes + 1] begin of each node in column */
+    int32_t *column;    /* [links] nodes */
+    float *block;       /* [links][PD_DIM^2] [N/m] the operator */
+    float *inverse;     /* [nodes][PD_DIM^2] [m/N] of its diagonal blocks */
+    double *x, *b, *r;  /* [nodes][PD_DIM] [m], [N], [N] correction, what it is for, what it leaves */
+} pd_scaffold_level;
+
+typedef struct pd_scaffold {
+    const pd_body *body;
+    double width;       /* [m] of the boxes of level 0 */
+    double lo[PD_DIM];  /* [m] corner of the first box */
+    int32_t *part;      /* [count] of level 0 */
+    int32_t *first;     /* [parts + 1] begin of each part in point */
+    int32_t *point;     /* [count] by part */
+    double *sum;        /* [parts][2^d][PD_DIM] [N] */
+    int levels;
+    pd_scaffold_level level[PD_SCAFFOLD_LEVELS];
+} pd_scaffold;
+
+#ifdef PDI_INTERNAL
+/* Boxes, parts and nodes of a body with the bonds that it has now. */
+PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *scaffold);
+PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *scaffold);
+/* [byte] of that for a compact body of so many points whose boxes are `wide` points wide. */
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide);
+/* Moduli [count] [Pa] of the points and springs that hold them, hold [count][PD_DIM] [N/m]: 0 for what is free. */
+PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *scaffold, const double *lambda, const double *mu,
+                              const double *hold);
+/* Add the correction for forces f [count][PD_DIM] [N] to u [count][PD_DIM] [m]: linear, symmetric and positive. */
+PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *scaffold, const double *f, double *u);
+#endif
 
 #endif
 
@@ -3852,6 +4106,82 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
 
 #endif
 
+/* ======== >>solid/band.h ======== */
+/* band: the two sums over bonds that small strains need, for many points at a time.
+ *
+ * Points that follow each other and whose families are alike make a band: the bonds of the next one lead to the next
+ * points and have the same weights. Some points may lack a few of the bonds, as at a surface and beside a crack. A
+ * lattice consists of bands as long as its rows. A band has one list of bonds, and its loops are vectors. Each point
+ * takes its bonds in the order of its row, and of a bond that it lacks it takes zero, so results have the same bits
+ * however points are put into bands.
+ */
+#ifndef PD_BAND_H
+#define PD_BAND_H
+
+#define PD_BAND_MOST 32 /* points of a band */
+
+/* A bond that points of a band have. */
+typedef struct pd_band_bond {
+    int32_t offset; /* the point at the other end less the point */
+    float weight;   /* [-] w */
+    uint32_t lanes; /* bit n: point n of the band has the bond */
+} pd_band_bond;
+
+typedef struct pd_band {
+    const pd_body *body;
+    const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    int flows;           /* 1: there is a relief */
+    int32_t most;        /* points of a band */
+    int32_t bands;
+    int32_t *first;      /* [count + 1] first point of each band, then count */
+    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its row in the body */
+    int64_t room;
+    pd_band_bond *bond;  /* [room] */
+    int64_t stride;      /* entries of a field: count, and as many as keep fields off the same lines of a cache */
+    double *field;       /* [fields][stride] [m] and others: what bonds read of a point, see PDI_BAND_PLACE */
+} pd_band;
+
+#ifdef PDI_INTERNAL
+enum {
+    PDI_BAND_TENSOR = PD_DIM * PD_DIM,
+    PDI_BAND_PLACE = 0,                              /* x [m] */
+    PDI_BAND_VOLUME = PD_DIM,                        /* V [m^d] */
+    PDI_BAND_MOVE = PDI_BAND_VOLUME + 1,             /* u [m] */
+    PDI_BAND_SHARE = PDI_BAND_MOVE + PD_DIM,         /* part of E over w_0 [1/m^d] */
+    PDI_BAND_TURN = PDI_BAND_SHARE + 1,              /* share H^T [1/m^d] */
+    PDI_BAND_CARRY = PDI_BAND_TURN + PDI_BAND_TENSOR, /* A [Pa/m^(d+2)] of eq. 8.4 */
+    PDI_BAND_RELIEF = PDI_BAND_CARRY + PDI_BAND_TENSOR, /* share times the relief [Pa/m^d], where metal flows */
+    PDI_BAND_FIELDS = PDI_BAND_RELIEF
+};
+
+/* Sums over the bonds of each point of a band. */
+typedef struct pdi_band_sums {
+    double pull[PDI_BAND_TENSOR][PD_BAND_MOST];  /* [m^(d+2)] sum w V eta xi^T */
+    double turn[PDI_BAND_TENSOR][PD_BAND_MOST];  /* [m^d] sum w V eta xi^T/r^2 */
+    double along[PDI_BAND_TENSOR][PD_BAND_MOST]; /* [m^d] sum w V (eta.xi) xi xi^T/r^4; its upper triangle */
+} pdi_band_sums;
+
+PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
+/* body and weight are borrowed. flows 1: with room for a relief. pdi_band_find has to follow. */
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band);
+PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
+/* Weights have changed: bands anew. */
+PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);
+/* Take displacements u [count][PD_DIM] [m]. */
+PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u);
+/* The sums of band k. Returns how many points it has. */
+PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums);
+/* force [count][PD_DIM] [N/m3] of the points of band k (theory, eq. 8.4). */
+PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double mu, double *force);
+
+static inline double *pdi_band_field(const pd_band *band, int field)
+{
+    return band->field + PD_BAND_MOST + field * band->stride;
+}
+#endif
+
+#endif
+
 /* ======== >>solid/elastic.h ======== */
 /* elastic: small strains of a body by bond-associated correspondence.
  *
@@ -3891,10 +4221,10 @@ typedef struct pd_elastic {
     float *weight;     /* [bonds] [-] w; 0: the bond is broken */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
     double *total;     /* [count] [m^d] w_0 */
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
-    double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
-    double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+    pd_band band;      /* sums over bonds, and what they read of the points */
     pd_plastic plastic; /* of metal that flows; plastic.count 0: none */
     int64_t lost;      /* bonds that loose points have lost */
 } pd_elastic;
@@ -3932,12 +4262,84 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
 
 #endif
 
+/* ======== >>solid/criterion.h ======== */
+/* criterion: when bonds of a solid break, which do, and which is the first as a load grows.
+ *
+ * A measure of a bond reaches a critical value: its stretch, the energy that it holds (Foster, Silling and Chen 2011),
+ * or the stress of its ends. The critical energy follows from the energy of a crack by sums over the lattice, so that
+ * the mean over all directions of the crack is exact (theory: eq. 8.29).
+ */
+#ifndef PD_CRITERION_H
+#define PD_CRITERION_H
+
+typedef enum pd_criterion_kind {
+    PD_CRITERION_STRETCH = 0, /* [-] (|Y| - r)/r */
+    PD_CRITERION_ENERGY,      /* [J/m^(2d)] of both ends, over the part of a rim cell; of bonds that are stretched */
+    PD_CRITERION_PRINCIPAL,   /* [Pa] largest principal stress, mean of both ends */
+    PD_CRITERION_MISES        /* [Pa] von Mises' stress, mean of both ends */
+} pd_criterion_kind;
+
+/* Zero-initialise. Without a critical value and `fracture` no bond breaks. */
+typedef struct pd_criterion_desc {
+    pd_criterion_kind kind;
+    double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
+    double fracture;       /* [J/m2] energy of a crack per area, for PD_CRITERION_ENERGY on a lattice */
+    const uint8_t *spared; /* [count] 1: no bond of the point breaks; NULL: none. Borrowed */
+} pd_criterion_desc;
+
+typedef struct pd_criterion {
+    pd_criterion_desc desc;
+    pd_solid solid;
+    double critical;   /* [-], [J/m^(2d)] or [Pa]; 0: no bond breaks */
+    double anisotropy; /* [-] largest energy of a crack over the least one, all directions; 1 but for `fracture` */
+    double *energy;    /* [bonds] [J/m^(2d)] work */
+    double *stress;    /* [count][PD_DIM^2] [Pa] work */
+    double *scalar;    /* [count] [Pa] stress of each point that counts */
+    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] most of the bonds to later points */
+} pd_criterion;
+
+/* The bond that breaks first. */
+typedef struct pd_criterion_bond {
+    int64_t bond;          /* -1: no measure is above 0 */
+    int32_t from, to;      /* its points */
+    double place[PD_DIM];  /* [m] its middle */
+    double measure;        /* [-], [J/m^(2d)] or [Pa] */
+    double factor;         /* [-] on u; 0: none */
+} pd_criterion_bond;
+
+#define pd_criterion_build PD_NAME(pd_criterion_build)
+#define pd_criterion_break PD_NAME(pd_criterion_break)
+#define pd_criterion_first PD_NAME(pd_criterion_first)
+#define pd_criterion_free PD_NAME(pd_criterion_free)
+
+/* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
+ * without a lattice or with another kind, a material that lacks energies of bonds or stress. */
+PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
+                                    pd_criterion *criterion);
+/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
+ * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
+ * critical one. Returns how many. The material has to be updated then. */
+PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
+/* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
+ * Energies grow like its square: exact where forces are linear. */
+PD_API void pd_criterion_first(const pd_ctx *ctx, pd_criterion *criterion, const double *u, pd_criterion_bond *first);
+PD_API void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_criterion_list(pdi_owner *owner, void *criterion);
+/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+PDI_FN double pdi_criterion_crack(const pd_criterion *criterion, const double *n);
+#endif
+
+#endif
+
 /* ======== >>solid/equilibrium.h ======== */
 /* equilibrium: displacements of a body at rest under loads and held points.
  *
  * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
- * linear material takes one step. The preconditioner is the block of each point. A body that nothing holds may move as
- * a whole; then the loads have to balance.
+ * linear material takes one step. The preconditioner adds a coarse picture of the body to the block of each point, so
+ * finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to balance,
+ * and of all displacements those without a mean motion are found.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
@@ -3947,6 +4349,8 @@ typedef struct pd_equilibrium_desc {
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
                             * 1e-10 */
     int max_iterations;    /* 0: 10000 */
+    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
+                            * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
@@ -3962,7 +4366,7 @@ typedef struct pd_equilibrium_result {
  * all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
  * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
- * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
@@ -3975,10 +4379,14 @@ typedef struct pdi_equilibrium {
     const double *load;
     int64_t n;     /* components of all points */
     double size;   /* [N] of the problem, which residuals are over */
+    double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
     double *trial; /* [n] [m] of materials that are not linear */
+    double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
+    pd_scaffold scaffold; /* where the moduli are known */
+    int moves;            /* 1: a piece may move as a whole */
     pd_krylov krylov;
 } pdi_equilibrium;
 
@@ -3991,10 +4399,12 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
 /* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
 PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse blocks. Components that are held are left out. */
+/* Inverse blocks and their diagonals, at the last u. Components that are held are left out. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
-/* y [m] = the inverse blocks times x [N]. */
+/* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
+/* 1: loads turn a piece that does not resist: strains are small, so it does not turn to where they balance. */
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
@@ -4005,7 +4415,7 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
 /* ======== >>solid/quasi_static.h ======== */
 /* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *
- * A step finds the balance at its end. Bonds beyond the critical stretch then break, those that are stretched most
+ * A step finds the balance at its end. Bonds beyond the critical value of a criterion then break, the worst of them
  * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
  * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
  * nothing holds against its loads, loses them.
@@ -4021,15 +4431,15 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    double stretch;        /* [-] at which bonds break; 0: none does */
-    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`;
-                            * -1: 0.5 */
+    pd_criterion_desc criterion; /* by which bonds break; zero: none does */
+    double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
 } pd_quasi_static_desc;
 
 typedef struct pd_quasi_static {
     pd_quasi_static_desc desc;
     pd_solid solid;
+    pd_criterion criterion;
     int64_t n;             /* components of all points */
     double *u;             /* [n] [m] */
     double *load;          /* [n] [N/m3] */
@@ -4044,10 +4454,10 @@ typedef struct pd_quasi_static {
     int stale;             /* 1: bonds or stiffness are not those of the balance */
     double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
     double stored;         /* [J] */
-    double released;       /* [J] energy that broken bonds had */
+    double released;       /* [J] that the body lost as bonds broke, before it moved */
     double taken;          /* [J] that went with metal that has gone */
     double parted;         /* [s] when the first loaded piece came off; -1: none has */
-    int64_t broken, lost;  /* bonds beyond the stretch, and points that came off with loads */
+    int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */
 } pd_quasi_static;
@@ -4058,7 +4468,7 @@ typedef struct pd_quasi_static {
 #define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
 
 /* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
- * of range. */
+ * of range, and as of pd_criterion_build. */
 PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
                                        pd_quasi_static *quasi_static);
 /* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium
@@ -4247,6 +4657,352 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
 #endif
 
 #endif
+
+/* ======== >>solid/ordinary.h ======== */
+/* ordinary: linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
+ *
+ * The family of point i has the strain E_i that fits the extensions e of its bonds best: e = r n.E n + z. Its energy
+ * density is that of Hooke's law for E_i, and that of springs for what is left,
+ *
+ *   W_i = lambda tr(E)^2/2 + mu E:E + (alpha/2) sum w V_j z^2,  alpha = d (d + 2) mu/m,  m = sum w V_j r^2.
+ *
+ * In a family that is the same in all directions this is the solid of Silling et al. 2007, with the bulk modulus and
+ * the shear modulus as its two constants. In any other, on a lattice or at a surface, it keeps Hooke's law for all
+ * strains (theory: 8.9). Other ways of mending surfaces are there to compare.
+ *
+ * Sources: Silling, Epton, Weckner, Xu and Askari 2007 (linear peridynamic solid); Mitchell, Silling and Littlewood
+ * 2015 (position-aware); Le and Bobaru 2018 (energy and volume methods).
+ */
+#ifndef PD_ORDINARY_H
+#define PD_ORDINARY_H
+
+/* What makes up for the bonds that cut families lack. */
+typedef enum pd_ordinary_surface {
+    PD_ORDINARY_POSITION = 0, /* the strain of the family, as above */
+    PD_ORDINARY_NONE,         /* nothing: the solid of 2007, with the m of each family */
+    PD_ORDINARY_ENERGY,       /* that solid with the m of the bulk; bonds count more along the axes that lack some */
+    PD_ORDINARY_VOLUME        /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
+} pd_ordinary_surface;
+
+typedef struct pd_ordinary_desc {
+    double young;   /* [Pa] E */
+    double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
+    pd_plane plane; /* of 2D */
+    pd_influence influence;
+    pd_ordinary_surface surface;
+    int linear;     /* 1: displacements are small; 0: of any size */
+    const double *stiff; /* [count] [-] part of E that a point has; NULL: 1. Borrowed, may change before an update */
+    int loose;      /* 1: a point whose bonds do not tell all strains loses them; 0: it is an error */
+    int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not;
+                     * PD_ORDINARY_POSITION needs no such choice */
+} pd_ordinary_desc;
+
+typedef struct pd_ordinary {
+    pd_ordinary_desc desc;
+    pd_body *body;
+    double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
+    double shear;       /* [-] a: bonds count 1 + a q by direction, as those of pd_microelastic */
+    double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
+    double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
+    double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
+    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double *alpha;      /* [count] [Pa/m^(d+2)] */
+    double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
+    int64_t lost;       /* bonds that loose points have lost */
+    double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
+    double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
+    double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
+    double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
+    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of the last tangent */
+} pd_ordinary;
+
+#define pd_ordinary_build PD_NAME(pd_ordinary_build)
+#define pd_ordinary_solid PD_NAME(pd_ordinary_solid)
+#define pd_ordinary_free PD_NAME(pd_ordinary_free)
+
+/* The body is borrowed; its bonds that are broken drop out. PD_ERR_ARGUMENT: a modulus or a choice out of range, the
+ * energy or volume method without a spacing, a lattice whose bonds no weights make the same in all directions.
+ * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_POSITION), there are none, or a
+ * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
+PD_API pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary);
+/* What solvers see. The stress is that of the family: sum V_j t y y^T/|y| over its deformed volume; in plane stress
+ * over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no length. */
+PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
+PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *ordinary);
+#endif
+
+#endif
+
+/* ======== >>solid/tensor.h ======== */
+/* tensor: vectors and tensors of mechanics in loops over bonds.
+ *
+ * Tensors are row-major, PD_DIM x PD_DIM.
+ */
+#ifndef PD_TENSOR_H
+#define PD_TENSOR_H
+
+#ifdef PDI_INTERNAL
+enum { PDI_TENSOR = PD_DIM * PD_DIM };
+
+/* Scalar product. */
+static inline double pdi_tensor_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+/* a : b. */
+static inline double pdi_tensor_pair(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < PDI_TENSOR; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+/* y = A x. */
+static inline void pdi_tensor_times(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
+    }
+}
+
+/* c = a b, a b^T, a^T b. */
+static inline void pdi_tensor_product(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline void pdi_tensor_product_right(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[q * PD_DIM + k];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline void pdi_tensor_product_left(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[k * PD_DIM + p] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+/* Determinant, and c = det a^-T of any tensor. */
+static inline double pdi_tensor_cofactor(const double *a, double *c)
+{
+    if (PD_DIM == 1) c[0] = 1.0;
+    if (PD_DIM == 2)
+        for (int k = 0; k < PDI_TENSOR; k++) c[k] = (k == 0 || k == 3 ? 1.0 : -1.0) * a[PDI_TENSOR - 1 - k];
+    if (PD_DIM == 3)
+        for (int k = 0; k < PDI_TENSOR; k++) {
+            int p = (k / PD_DIM + 1) % PD_DIM, r = (p + 1) % PD_DIM, q = (k + 1) % PD_DIM, s = (q + 1) % PD_DIM;
+            c[k] = a[p * PD_DIM + q] * a[r * PD_DIM + s] - a[p * PD_DIM + s] * a[r * PD_DIM + q];
+        }
+    return pdi_tensor_dot(a, c);
+}
+#endif
+
+#endif
+
+/* ======== >>solid/finite_law.h ======== */
+/* finite_law: energy and stress of one place of a solid at large strains.
+ *
+ * neo-Hookean  psi = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2
+ * Hencky       psi = K/2 (tr e)^2 + mu |dev e|^2,  e = ln(F F^T)/2
+ * J2           the same of the elastic part F G F^T, with the yield stress
+ *              Y(a) = yield + hardening a + (saturation - yield)(1 - exp(-rate a))  of the Kirchhoff stress
+ *
+ * F is the gradient of the place of points. Directions that PD_DIM leaves out are fixed (plane strain), or stretch so
+ * that they bear no stress (plane stress, a bar in 1D). The return to the yield surface is radial in principal
+ * logarithmic strains: it is the least of an energy, so the tangent is symmetric.
+ *
+ * Sources: Simo 1992, Simo and Hughes 1998 ch. 9 (plasticity in principal logarithmic strains); Ortiz and Stainier 1999
+ * (its energy); Bonet and Wood 2008 (neo-Hookean); Voce 1948 (saturation).
+ */
+#ifndef PD_FINITE_LAW_H
+#define PD_FINITE_LAW_H
+
+typedef enum pd_finite_kind {
+    PD_FINITE_NEO_HOOKEAN = 0,
+    PD_FINITE_HENCKY,
+    PD_FINITE_J2
+} pd_finite_kind;
+
+typedef struct pd_finite_law {
+    pd_finite_kind kind;
+    double young;      /* [Pa] E of small strains; in 1D of a bar */
+    double poisson;    /* [-] -1 < nu < 1/2; neo-Hookean in plane stress and 1D from 0 */
+    pd_plane plane;    /* of 2D */
+    double yield;      /* [Pa] J2: first yield stress */
+    double hardening;  /* [Pa] J2: linear part, over the equivalent plastic strain; 0: none */
+    double saturation; /* [Pa] J2: yield stress in the end without the linear part; 0: as at first */
+    double rate;       /* [-] J2: how fast it saturates, over the equivalent plastic strain */
+} pd_finite_law;
+
+#ifdef PDI_INTERNAL
+/* The state of a place under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D what is left of its
+ * diagonal, and the equivalent plastic strain. Zeros: nothing has yielded. */
+enum { PDI_FINITE_STATE = PD_DIM == 3 ? 7 : PD_DIM == 2 ? 5 : 3 };
+/* Numbers of a derivative of the stress. */
+enum { PDI_FINITE_MODULI = PD_DIM == 3 ? 45 : PD_DIM == 2 ? 10 : 1 };
+
+typedef struct pdi_finite_moduli {
+    pd_finite_law law;
+    double lambda, mu; /* [Pa] */
+    int free;          /* directions beyond PD_DIM that bear no stress */
+} pdi_finite_moduli;
+
+/* PD_ERR_ARGUMENT: a modulus out of range. */
+PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_finite_moduli *m);
+/* lambda of small strains in the directions that PD_DIM has [Pa]. */
+PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m);
+/* First Piola-Kirchhoff stress p [Pa] of F. state is NULL but for J2. 0: F turns the place inside out. */
+PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p);
+/* Its derivative dp along df; and as the upper triangle of the matrix of PD_DIM^2 rows, zeros where there is none. */
+PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
+                                   double *dp);
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli);
+/* Cauchy stress [Pa], and in 2D the normal one across the plane. */
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across);
+/* Energy density [Pa]; infinite where F turns the place inside out. flows 1: and the plastic work [Pa] since the
+ * beginning, up to F; the stress is the derivative of both. */
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows);
+/* What has yielded under F stays. Returns the plastic work [Pa]. */
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state);
+#endif
+
+#endif
+
+/* ======== >>solid/finite.h ======== */
+/* finite: large strains of a body by correspondence.
+ *
+ * The family of point i has the gradient  F = 1 + (sum w V_j eta xi^T) K^-1  and a bond its own,
+ * F_b = F + (Y - F xi) xi^T/r^2,  Y = xi + eta.  The energy of a point is the mean of  psi(F_b)  over its bonds, and
+ * forces are its derivative (theory: 8.8). Plain correspondence, which takes F for all bonds, lets patterns pass
+ * without energy; it is here with the term of Silling against them, and without.
+ *
+ * Under J2 each bond of a family has its own state, with plain correspondence each point. Bonds that break change the
+ * gradients of those that stay, and not what these have yielded: energies then balance to some percent, not exactly.
+ *
+ * Sources: Breitzman and Dayal 2018; Behzadinasab and Foster 2020; Silling 2017 (stability of correspondence).
+ */
+#ifndef PD_FINITE_H
+#define PD_FINITE_H
+
+typedef enum pd_finite_control {
+    PD_FINITE_BOND_GRADIENT = 0, /* each bond has its own gradient */
+    PD_FINITE_SILLING,           /* plain, and springs against what bonds do otherwise than F */
+    PD_FINITE_PLAIN
+} pd_finite_control;
+
+typedef struct pd_finite_desc {
+    pd_finite_law law;
+    pd_influence influence;
+    pd_finite_control control;
+    double penalty;          /* [-] PD_FINITE_SILLING: stiffness of the springs, over that of a bond-based solid */
+    const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
+                              * Borrowed, may change before an update */
+    int keep;                /* 1: the derivative of stresses is kept, in 80 B (2D) or 360 B (3D) a bond, and products
+                              * with it are 4 to 6 times as fast under Hencky and J2; 0: it is found anew each time */
+    int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+} pd_finite_desc;
+
+typedef struct pd_finite {
+    pd_finite_desc desc;
+    pd_body *body;
+    double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
+    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *total;     /* [count] [m^d] sum w V_j */
+    double *edge;      /* [count][PD_DIM] [1/m] a first Piola-Kirchhoff stress P has the force P edge */
+    double *u;         /* [count][PD_DIM] [m] of the last forces */
+    double *gradient;  /* [count][PD_DIM^2] [-] F - 1 of them */
+    double *pull;      /* [bonds][PD_DIM] [N/m^(2d)] what a family puts on its bonds: work */
+    double *work;      /* [count] [Pa] of sweeps */
+    double *state;     /* [bonds or count][state] [-] J2 */
+    double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
+    int known;         /* 1: they are those of u */
+    double *across;    /* [count] [Pa] in 2D: normal stress across the plane, of the last stresses */
+    double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
+    int64_t lost;      /* bonds that loose points have lost */
+} pd_finite;
+
+#define pd_finite_build PD_NAME(pd_finite_build)
+#define pd_finite_solid PD_NAME(pd_finite_solid)
+#define pd_finite_plastic PD_NAME(pd_finite_plastic)
+#define pd_finite_free PD_NAME(pd_finite_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
+ * of a point do not span all directions (the message names it). */
+PD_API pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *finite);
+/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
+ * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
+ * are broken. */
+PD_API pd_solid pd_finite_solid(pd_finite *finite);
+/* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
+PD_API void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *finite, double *strain);
+PD_API void pd_finite_free(pd_ctx *ctx, pd_finite *finite);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_finite_list(pdi_owner *owner, void *finite);
+#endif
+
+#endif
+
+/* ======== >>solid/bone.h ======== */
+/* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
+ *
+ * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
+ * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).
+ *
+ * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
+ */
+#ifndef PD_BONE_H
+#define PD_BONE_H
+
+typedef enum pd_bone_site {
+    PD_BONE_VERTEBRA = 0,
+    PD_BONE_TIBIA,        /* proximal */
+    PD_BONE_TROCHANTER,   /* greater */
+    PD_BONE_FEMUR,        /* neck */
+    PD_BONE_POOLED,       /* those four */
+    PD_BONE_CARTER_HAYES  /* 3790 MPa rate^0.06 rho^3 at a strain of 1 % a second */
+} pd_bone_site;
+
+#define pd_bone_modulus PD_NAME(pd_bone_modulus)
+#define pd_bone_stretch PD_NAME(pd_bone_stretch)
+
+/* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
+PD_API double pd_bone_modulus(pd_bone_site site, double density);
+/* Critical stretch [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 =
+ * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
+ * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
+ * those of pd_microelastic. NaN: an argument is out of range. */
+PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>metal/material.h ======== */
 /* material: properties of metals that dissolve, as presets with their sources, and their kinetics as data. */
@@ -5020,6 +5776,9 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
                            pd_measure_box_result *result);
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.h ======== */
 /* structure: the metal of a lattice as a body under load.
@@ -5095,6 +5854,9 @@ PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point)
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/couple.h ======== */
 /* couple: a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
@@ -5745,6 +6507,8 @@ typedef struct pdi_scan {
     const char *at;
 } pdi_scan;
 
+/* The text from its first byte. */
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* The next word; its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
@@ -5913,7 +6677,7 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>scene/units.h ======== */
 /* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -7057,6 +7821,7 @@ typedef struct pd_footprint {
     double bytes[PD_PART_COUNT];  /* [byte] */
     double working;               /* [byte] coarse levels, which appear in a run */
     double files;                 /* [byte] fields of files, and the largest picture */
+    double balance;               /* [byte] while metal comes to rest, when no file is written */
     double all;                   /* [byte] */
 } pd_footprint;
 
@@ -13701,6 +14466,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #define PDI_KRYLOV_CANCEL 0.1
 /* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
 #define PDI_KRYLOV_PIVOT 1e-13
+/* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
+#define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
@@ -14199,6 +14966,20 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
 
 /* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
  * a cycle in single precision is symmetric to its rounding only. */
+/* The stiffness p.Ap that is rounding. Takes work vector 2. */
+static double pdi_krylov_flat(const pdi_krylov_run *run)
+{
+    const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
+    double *z = pdi_krylov_vector(run, 2);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
+    (void)nt;
+    if (!d) return 0.0;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
+    return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
+}
+
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -14218,6 +14999,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         pdi_krylov_apply(run, p, q);
         double curvature = pdi_krylov_dot(run, p, q);
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
+        double flat = pdi_krylov_flat(run);
+        if (flat > 0.0 && fabs(curvature) <= flat)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
             return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
@@ -14244,6 +15029,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
         pd_status status = pdi_krylov_cg_run(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
+            run->result->residual = best.norm;
             return status;
         }
         pdi_krylov_best_restore(run, &best, r);
@@ -23515,7 +24301,7 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -24248,7 +25034,905 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
+/* ======== >>solid/weigh.c ======== */
+/* weigh: see weigh.h */
+#include <math.h>
+#include <string.h>
+
+/* Directions along which cracks are looked at. */
+#define PDI_WEIGH_WAYS 64
+
+/* ---- lattices ---- */
+
+static int pdi_weigh_wide(const pd_body *body) { return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1; }
+
+PDI_FN int pdi_weigh_places(const pd_body *body)
+{
+    int wide = pdi_weigh_wide(body), all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= wide;
+    return all;
+}
+
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi)
+{
+    int wide = pdi_weigh_wide(body);
+    double square = 0.0;
+    for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+        xi[d] = (rest % wide - wide / 2) * body->spacing;
+        square += xi[d] * xi[d];
+    }
+    return square;
+}
+
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_WEIGH_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_WEIGH_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = crack(self, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+/* With the weights base + a q. */
+static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_sums *s)
+{
+    const pd_body *body = o->body;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
+    memset(s, 0, sizeof *s);
+    s->least = HUGE_VAL;
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        double weight = square > 0.0 ? pdi_body_weight(body, o->influence, xi) : 0.0;
+        double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(weight > 0.0)) continue;
+        weight *= base + a * pdi_weigh_cubic(xi, square);
+        s->least = fmin(s->least, weight);
+        weight = (double)(float)weight * volume; /* as bonds store it */
+        s->size += weight * square;
+        s->axis += weight * first * first / square;
+        s->off += weight * first * second / square;
+        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    }
+}
+
+PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *o, int isotropic)
+{
+    pdi_weigh_sums plain, cubic;
+    if (!(o->body->spacing > 0.0)) return PD_OK;
+    if (PD_DIM > 1 && isotropic) {
+        pdi_weigh_sum(o, 1.0, 0.0, &plain);
+        pdi_weigh_sum(o, 0.0, 1.0, &cubic);
+        double odd = cubic.axis - 3.0 * cubic.off;
+        if (fabs(odd) > 0.0) o->shear = (3.0 * plain.off - plain.axis) / odd;
+    }
+    pdi_weigh_sum(o, 1.0, o->shear, &o->whole);
+    if (o->whole.least > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "no weights make a horizon of %g spacings the same in all "
+                    "directions: use the position method, or a larger horizon", o->body->horizon / o->body->spacing);
+}
+
+/* ---- weights ---- */
+
+/* What the family of point i has, for the factors of its bonds: along each axis, or of volume. */
+static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
+{
+    const pd_body *body = o->body;
+    for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_body_bond(body, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
+        for (int d = 0; d < PD_DIM; d++)
+            part[d] += o->way == PDI_WEIGH_ENERGY
+                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / square
+                           : inside;
+    }
+}
+
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double factor = 0.5 * (bulk / own[d] + bulk / other[d]);
+        sum += xi[d] * xi[d] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Factor of a bond whose ends have these parts of a whole family. */
+static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double *other, const double *xi)
+{
+    if (o->way == PDI_WEIGH_VOLUME) return 2.0 * o->whole.volume / (own[0] + other[0]);
+    return pdi_weigh_factor(own, other, xi, o->whole.axis);
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
+static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+{
+    const pd_body *body = o->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
+        pdi_body_bond(body, i, b, xi);
+        double weight = pdi_body_weight(body, o->influence, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
+        to[b] = body->broken[b] ? 0.0f : (float)weight;
+    }
+}
+
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    double *part = NULL;
+    (void)nt;
+    if (o->way != PDI_WEIGH_PLAIN) {
+        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
+    return PD_OK;
+}
+
+#undef PDI_WEIGH_WAYS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>solid/rigid.c ======== */
+/* rigid: see rigid.h */
+#include <math.h>
+#include <string.h>
+
+/* What is held leaves a motion free where its squares sum up to less than this share. */
+#define PDI_RIGID_ROUNDING 1e-9
+
+/* All shifts and turns of a point. */
+static void pdi_rigid_all(const pd_rigid *r, int32_t i, double way[PD_RIGID_MOTIONS][PD_DIM])
+{
+    double x[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) x[d] = (r->body->position[(int64_t)i * PD_DIM + d] - r->origin[d]) / r->size;
+    for (int m = 0; m < PD_RIGID_MOTIONS; m++) {
+        int a = PD_DIM == 2 ? 0 : (m + 1) % PD_DIM, b = PD_DIM == 2 ? PD_DIM - 1 : (m + 2) % PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) way[m][d] = d == m ? 1.0 : 0.0;
+        if (m < PD_DIM) continue;
+        way[m][a] = -x[b];
+        way[m][b] = x[a];
+    }
+}
+
+/* The motions that are left, at a point. */
+static void pdi_rigid_left(const pd_rigid *r, int32_t i, double left[PD_RIGID_MOTIONS][PD_DIM])
+{
+    double way[PD_RIGID_MOTIONS][PD_DIM];
+    pdi_rigid_all(r, i, way);
+    for (int f = 0; f < r->motions; f++)
+        for (int d = 0; d < PD_DIM; d++) {
+            left[f][d] = 0.0;
+            for (int m = 0; m < PD_RIGID_MOTIONS; m++) left[f][d] += r->motion[f][m] * way[m][d];
+        }
+}
+
+/* Sum of the squares of all motions over what is held. Returns how much is held. */
+static double pdi_rigid_squares(const pd_rigid *r, const uint8_t *held, double a[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS])
+{
+    double way[PD_RIGID_MOTIONS][PD_DIM], all = 0.0;
+    memset(a, 0, PD_RIGID_MOTIONS * sizeof a[0]);
+    for (int32_t n = 0; n < r->count && held; n++) {
+        pdi_rigid_all(r, r->piece[n], way);
+        for (int d = 0; d < PD_DIM; d++) {
+            if (!held[(int64_t)r->piece[n] * PD_DIM + d]) continue;
+            all += 1.0;
+            for (int m = 0; m < PD_RIGID_MOTIONS; m++)
+                for (int k = 0; k < PD_RIGID_MOTIONS; k++) a[m][k] += way[m][d] * way[k][d];
+        }
+    }
+    return all;
+}
+
+/* The null space of the squares: Gauss and Jordan, the largest pivots first. */
+static void pdi_rigid_null(pd_rigid *r, double a[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS], double least)
+{
+    int pivot[PD_RIGID_MOTIONS] = {0};
+    for (;;) {
+        int p = -1;
+        for (int m = 0; m < PD_RIGID_MOTIONS; m++)
+            if (!pivot[m] && a[m][m] > least && (p < 0 || a[m][m] > a[p][p])) p = m;
+        if (p < 0) break;
+        double over = 1.0 / a[p][p];
+        for (int k = 0; k < PD_RIGID_MOTIONS; k++) a[p][k] *= over;
+        for (int m = 0; m < PD_RIGID_MOTIONS; m++) {
+            double part = a[m][p];
+            for (int k = 0; k < PD_RIGID_MOTIONS && m != p; k++) a[m][k] -= part * a[p][k];
+        }
+        pivot[p] = 1;
+    }
+    for (int f = 0; f < PD_RIGID_MOTIONS; f++) {
+        if (pivot[f]) continue;
+        for (int m = 0; m < PD_RIGID_MOTIONS; m++)
+            r->motion[r->motions][m] = m == f ? 1.0 : pivot[m] ? -a[m][f] : 0.0;
+        r->motions++;
+    }
+}
+
+PDI_FN void pdi_rigid_find(const pd_body *body, const uint8_t *held, const int32_t *piece, int32_t count, pd_rigid *r)
+{
+    double squares[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS];
+    memset(r, 0, sizeof *r);
+    r->body = body;
+    r->piece = piece;
+    r->count = count;
+    r->size = body->horizon;
+    memcpy(r->origin, body->position + (int64_t)piece[0] * PD_DIM, sizeof r->origin);
+    for (int32_t n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++)
+            r->size = fmax(r->size, fabs(body->position[(int64_t)piece[n] * PD_DIM + d] - r->origin[d]));
+    double all = pdi_rigid_squares(r, held, squares);
+    pdi_rigid_null(r, squares, PDI_RIGID_ROUNDING * all);
+}
+
+PDI_FN double pdi_rigid_work(const pd_rigid *r, const uint8_t *held, const double *load)
+{
+    double left[PD_RIGID_MOTIONS][PD_DIM], work[PD_RIGID_MOTIONS] = {0.0}, size = 0.0, most = 0.0;
+    for (int32_t n = 0; n < r->count && r->motions; n++) {
+        int64_t first = (int64_t)r->piece[n] * PD_DIM;
+        pdi_rigid_left(r, r->piece[n], left);
+        for (int d = 0; d < PD_DIM; d++) {
+            double force = held && held[first + d] ? 0.0 : r->body->volume[r->piece[n]] * load[first + d];
+            size += fabs(force);
+            for (int f = 0; f < r->motions; f++) work[f] += force * left[f][d];
+        }
+    }
+    for (int f = 0; f < r->motions; f++) most = fmax(most, fabs(work[f]));
+    return size > 0.0 ? most / size : 0.0;
+}
+
+PDI_FN void pdi_rigid_remove(const pd_rigid *r, double *u)
+{
+    double a[PD_RIGID_MOTIONS * PD_RIGID_MOTIONS] = {0.0}, mean[PD_RIGID_MOTIONS] = {0.0};
+    double left[PD_RIGID_MOTIONS][PD_DIM], least[PD_RIGID_MOTIONS] = {0.0};
+    for (int32_t n = 0; n < r->count; n++) {
+        pdi_rigid_left(r, r->piece[n], left);
+        for (int d = 0; d < PD_DIM; d++)
+            for (int f = 0; f < r->motions; f++) {
+                double part = r->body->volume[r->piece[n]] * left[f][d];
+                mean[f] += part * u[(int64_t)r->piece[n] * PD_DIM + d];
+                for (int g = 0; g < r->motions; g++) a[f * PD_RIGID_MOTIONS + g] += part * left[g][d];
+            }
+    }
+    for (int f = 0; f < r->motions; f++) least[f] = PDI_RIGID_ROUNDING * a[f * (PD_RIGID_MOTIONS + 1)];
+    if (!r->motions || !pdi_vec_factor(r->motions, PD_RIGID_MOTIONS, least, a)) return;
+    pdi_vec_substitute(r->motions, PD_RIGID_MOTIONS, a, mean);
+    for (int32_t n = 0; n < r->count; n++) {
+        pdi_rigid_left(r, r->piece[n], left);
+        for (int d = 0; d < PD_DIM; d++)
+            for (int f = 0; f < r->motions; f++) u[(int64_t)r->piece[n] * PD_DIM + d] -= mean[f] * left[f][d];
+    }
+}
+
+#undef PDI_RIGID_ROUNDING
+
+/* ======== >>solid/scaffold.c ======== */
+/* scaffold: see scaffold.h */
+#include <math.h>
+#include <string.h>
+
+/* Boxes along an axis, at most: they are as wide as the longest bond where they are fewer. */
+#define PDI_SCAFFOLD_BOXES 1e6
+/* Sweeps forth and back on the coarsest level. */
+#define PDI_SCAFFOLD_SWEEPS 4
+
+enum { PDI_SCAFFOLD_CORNERS = 1 << PD_DIM, PDI_SCAFFOLD_BLOCK = PD_DIM * PD_DIM };
+
+static void pdi_scaffold_list(pdi_owner *owner, void *object)
+{
+    pd_scaffold *scaffold = (pd_scaffold *)object;
+    PDI_ARRAY(owner, scaffold, part, scaffold->body ? scaffold->body->count : 0, "1");
+    PDI_ARRAY(owner, scaffold, point, scaffold->body ? scaffold->body->count : 0, "1");
+}
+
+static void pdi_scaffold_part_list(pdi_owner *owner, void *object)
+{
+    pd_scaffold *scaffold = (pd_scaffold *)object;
+    int64_t parts = scaffold->level[0].parts;
+    PDI_ARRAY(owner, scaffold, first, parts + 1, "1");
+    PDI_ARRAY(owner, scaffold, sum, parts * PDI_SCAFFOLD_CORNERS * PD_DIM, "N");
+}
+
+/* Arrays by parts, by nodes, and by links. */
+static void pdi_scaffold_parts(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    PDI_ARRAY(owner, level, box, (int64_t)level->parts * PD_DIM, "1");
+    PDI_ARRAY(owner, level, node, (int64_t)level->parts * PDI_SCAFFOLD_CORNERS, "1");
+    PDI_ARRAY(owner, level, corner, (int64_t)level->parts * PDI_SCAFFOLD_CORNERS, "1");
+    PDI_ARRAY(owner, level, parent, level->parts, "1");
+    PDI_ARRAY(owner, level, lambda, level->parts, "N m");
+    PDI_ARRAY(owner, level, mu, level->parts, "N m");
+}
+
+static void pdi_scaffold_nodes(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    int64_t entries = (int64_t)level->nodes * PD_DIM;
+    PDI_ARRAY(owner, level, first, level->nodes + 1, "1");
+    PDI_ARRAY(owner, level, row, level->nodes + 1, "1");
+    PDI_ARRAY(owner, level, place, entries, "1");
+    PDI_ARRAY(owner, level, hold, entries, "N/m");
+    PDI_ARRAY(owner, level, inverse, entries * PD_DIM, "m/N");
+    PDI_ARRAY(owner, level, x, entries, "m");
+    PDI_ARRAY(owner, level, b, entries, "N");
+    PDI_ARRAY(owner, level, r, entries, "N");
+}
+
+static void pdi_scaffold_links(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    PDI_ARRAY(owner, level, column, level->links, "1");
+    PDI_ARRAY(owner, level, block, (int64_t)level->links * PDI_SCAFFOLD_BLOCK, "N/m");
+}
+
+/* ---- sets that unite ---- */
+
+/* The least member of the set of a. */
+static int32_t pdi_scaffold_root(int32_t *set, int32_t a)
+{
+    while (set[a] != a) a = set[a] = set[set[a]];
+    return a;
+}
+
+static void pdi_scaffold_unite(int32_t *set, int32_t a, int32_t b)
+{
+    a = pdi_scaffold_root(set, a);
+    b = pdi_scaffold_root(set, b);
+    if (a < b) set[b] = a;
+    else set[a] = b;
+}
+
+/* Numbers the sets of n members in order, in place. How many. */
+static int32_t pdi_scaffold_number(int32_t *set, int32_t n)
+{
+    int32_t count = 0;
+    for (int32_t a = 0; a < n; a++) set[a] = set[a] == a ? count++ : set[set[a]]; /* roots come first */
+    return count;
+}
+
+/* ---- parts and nodes ---- */
+
+/* Box of a point along the axes. */
+static void pdi_scaffold_box(const pd_scaffold *s, int32_t i, int32_t *box)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        box[d] = (int32_t)((s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width);
+}
+
+static int pdi_scaffold_same(const int32_t *a, const int32_t *b)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (a[d] != b[d]) return 0;
+    return 1;
+}
+
+/* Parts of level 0: points of a box that bonds within it join. */
+static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
+{
+    const pd_body *body = s->body;
+    pd_scaffold_level *level = &s->level[0];
+    for (int32_t i = 0; i < body->count; i++) s->part[i] = i;
+    for (int32_t i = 0; i < body->count; i++) {
+        int32_t own[PD_DIM], far[PD_DIM];
+        pdi_scaffold_box(s, i, own);
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (body->column[b] <= i || body->broken[b]) continue;
+            pdi_scaffold_box(s, body->column[b], far);
+            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, body->column[b]);
+        }
+    }
+    for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
+    level->parts = pdi_scaffold_number(s->part, body->count);
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_part_list, s));
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, level));
+    for (int32_t i = 0; i < body->count; i++) s->first[s->part[i] + 1]++;
+    for (int32_t p = 0; p < level->parts; p++) s->first[p + 1] += s->first[p];
+    for (int32_t i = body->count - 1; i >= 0; i--) s->point[--s->first[s->part[i] + 1]] = i;
+    for (int32_t p = 0; p < level->parts; p++) s->first[p] = s->first[p + 1];
+    s->first[level->parts] = body->count;
+    for (int32_t p = 0; p < level->parts; p++) pdi_scaffold_box(s, s->point[s->first[p]], level->box + p * PD_DIM);
+    return PD_OK;
+}
+
+/* Parts p and q share the nodes that their boxes share. */
+static void pdi_scaffold_join(const pd_scaffold_level *level, int32_t p, int32_t q, int32_t *set)
+{
+    for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+        int b = 0, shared = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t at = level->box[p * PD_DIM + d] + (a >> d & 1) - level->box[q * PD_DIM + d];
+            shared = shared && (at == 0 || at == 1);
+            b |= (at & 1) << d;
+        }
+        if (shared) pdi_scaffold_unite(set, p * PDI_SCAFFOLD_CORNERS + a, q * PDI_SCAFFOLD_CORNERS + b);
+    }
+}
+
+/* Joins parts of level 0 by bonds. seen [parts]. */
+static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
+{
+    const pd_body *body = s->body;
+    for (int32_t p = 0; p < s->level[0].parts; p++)
+        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
+            for (int64_t b = body->row[s->point[n]]; b < body->row[s->point[n] + 1]; b++) {
+                int32_t q = s->part[body->column[b]];
+                if (q <= p || body->broken[b] || seen[q] == p + 1) continue;
+                seen[q] = p + 1;
+                pdi_scaffold_join(&s->level[0], p, q, set);
+            }
+}
+
+/* The nodes of a level are the sets of corners: by colour, and what belongs to each. */
+static pd_status pdi_scaffold_nodal(pd_ctx *ctx, pd_scaffold_level *level, int32_t *set)
+{
+    int32_t corners = level->parts * PDI_SCAFFOLD_CORNERS, colour[PDI_SCAFFOLD_CORNERS + 1] = {0};
+    for (int32_t k = 0; k < corners; k++) set[k] = pdi_scaffold_root(set, k);
+    for (int way = 0; way < 2; way++) {
+        for (int32_t k = 0; k < corners; k++) {
+            int bits = 0;
+            if (set[k] != k) continue;
+            for (int d = 0; d < PD_DIM; d++)
+                bits |= ((level->box[k / PDI_SCAFFOLD_CORNERS * PD_DIM + d] + (k >> d & 1)) & 1) << d;
+            if (way == 0) level->colour[bits + 1]++;
+            else level->node[k] = level->colour[bits] + colour[bits]++;
+        }
+        for (int c = 0; c < PDI_SCAFFOLD_CORNERS && way == 0; c++) level->colour[c + 1] += level->colour[c];
+    }
+    level->nodes = level->colour[PDI_SCAFFOLD_CORNERS];
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_nodes, level));
+    for (int32_t k = 0; k < corners; k++) level->first[(level->node[k] = level->node[set[k]]) + 1]++;
+    for (int32_t v = 0; v < level->nodes; v++) level->first[v + 1] += level->first[v];
+    for (int32_t k = corners - 1; k >= 0; k--) level->corner[--level->first[level->node[k] + 1]] = k;
+    for (int32_t v = 0; v < level->nodes; v++) level->first[v] = level->first[v + 1];
+    level->first[level->nodes] = corners;
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t k = level->corner[level->first[v]];
+            level->place[v * PD_DIM + d] = level->box[k / PDI_SCAFFOLD_CORNERS * PD_DIM + d] + (k >> d & 1);
+        }
+    return PD_OK;
+}
+
+/* Parts of the next level: those of a box of twice the width that nodes join. */
+static pd_status pdi_scaffold_gather(pd_ctx *ctx, pd_scaffold_level *level, pd_scaffold_level *next)
+{
+    int32_t *box = level->box, *set = level->parent;
+    for (int32_t p = 0; p < level->parts; p++) set[p] = p;
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+            for (int32_t m = level->first[v]; m < k; m++) {
+                int32_t p = level->corner[k] / PDI_SCAFFOLD_CORNERS, q = level->corner[m] / PDI_SCAFFOLD_CORNERS;
+                int same = 1;
+                for (int d = 0; d < PD_DIM; d++) same = same && box[p * PD_DIM + d] / 2 == box[q * PD_DIM + d] / 2;
+                if (same) pdi_scaffold_unite(set, p, q);
+            }
+    for (int32_t p = 0; p < level->parts; p++) set[p] = pdi_scaffold_root(set, p);
+    next->parts = pdi_scaffold_number(set, level->parts);
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, next));
+    for (int32_t p = 0; p < level->parts; p++)
+        for (int d = 0; d < PD_DIM; d++) next->box[set[p] * PD_DIM + d] = box[p * PD_DIM + d] / 2;
+    return PD_OK;
+}
+
+/* Joins parts of the next level by the nodes of this one. */
+static void pdi_scaffold_tie(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t *set)
+{
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+            for (int32_t m = level->first[v]; m < k; m++) {
+                int32_t p = level->parent[level->corner[k] / PDI_SCAFFOLD_CORNERS];
+                int32_t q = level->parent[level->corner[m] / PDI_SCAFFOLD_CORNERS];
+                if (p != q) pdi_scaffold_join(next, p, q, set);
+            }
+}
+
+/* Which nodes share a part. */
+static pd_status pdi_scaffold_pattern(pd_ctx *ctx, pd_scaffold_level *level)
+{
+    int32_t *seen = NULL;
+    pd_status status = PDI_NEW(ctx, "scaffold", level->nodes, seen);
+    for (int fills = 0; fills < 2 && status == PD_OK; fills++) {
+        int32_t links = 0;
+        for (int32_t v = 0; v < level->nodes; v++) {
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+                for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+                    int32_t w = level->node[level->corner[k] / PDI_SCAFFOLD_CORNERS * PDI_SCAFFOLD_CORNERS + a];
+                    if (seen[w] == 2 * v + 1 + fills) continue;
+                    seen[w] = 2 * v + 1 + fills;
+                    if (fills) level->column[links] = w;
+                    links++;
+                }
+            level->row[v + 1] = links;
+        }
+        level->links = links;
+        if (!fills) status = pdi_owner_build(ctx, pdi_scaffold_links, level);
+        memset(seen, 0, (size_t)level->nodes * sizeof *seen);
+    }
+    PDI_DELETE(ctx, level->nodes, seen);
+    return status;
+}
+
+/* Nodes and pattern of level k. */
+static pd_status pdi_scaffold_connect(pd_ctx *ctx, pd_scaffold *s, int k)
+{
+    pd_scaffold_level *level = &s->level[k];
+    int32_t *set = NULL, *seen = NULL, corners = level->parts * PDI_SCAFFOLD_CORNERS;
+    pd_status status = PDI_NEW(ctx, "scaffold", corners, set);
+    if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->parts, seen);
+    if (status == PD_OK) {
+        for (int32_t n = 0; n < corners; n++) set[n] = n;
+        if (k == 0) pdi_scaffold_bind(s, seen, set);
+        else pdi_scaffold_tie(&s->level[k - 1], level, set);
+        status = pdi_scaffold_nodal(ctx, level, set);
+    }
+    PDI_DELETE(ctx, corners, set);
+    PDI_DELETE(ctx, level->parts, seen);
+    PDI_TRY(status);
+    return pdi_scaffold_pattern(ctx, level);
+}
+
+/* 1: no box of a level lies beside another one. */
+static int pdi_scaffold_single(const pd_scaffold_level *level)
+{
+    for (int32_t k = 0; k < level->parts * PD_DIM; k++)
+        if (level->box[k] > 0) return 0;
+    return 1;
+}
+
+static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
+{
+    const pd_body *body = s->body;
+    s->width = body->horizon + 0.5 * body->spacing;
+    for (int d = 0; d < PD_DIM; d++) {
+        double lo = HUGE_VAL, hi = -HUGE_VAL;
+        for (int32_t i = 0; i < body->count; i++) {
+            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+        }
+        s->lo[d] = lo - 0.5 * body->spacing;
+        s->width = fmax(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
+    }
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_list, s));
+    PDI_TRY(pdi_scaffold_divide(ctx, s));
+    for (;;) {
+        int k = s->levels++;
+        PDI_TRY(pdi_scaffold_connect(ctx, s, k));
+        if (pdi_scaffold_single(&s->level[k]) || s->levels == PD_SCAFFOLD_LEVELS) return PD_OK;
+        PDI_TRY(pdi_scaffold_gather(ctx, &s->level[k], &s->level[k + 1]));
+    }
+}
+
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
+{
+    double bytes, parts = (double)count;
+    pd_body body;
+    pd_scaffold s;
+    memset(&body, 0, sizeof body);
+    memset(&s, 0, sizeof s);
+    body.count = count;
+    s.body = &body;
+    for (int d = 0; d < PD_DIM; d++) parts /= wide;
+    s.level[0].parts = (int32_t)parts + 1;
+    bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+        pd_scaffold_level *level = &s.level[k];
+        level->parts = (int32_t)parts + 1;
+        level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
+        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
+                          pdi_owner_bytes(pdi_scaffold_links, level));
+    }
+    return bytes;
+}
+
+PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
+{
+    memset(s, 0, sizeof *s);
+    s->body = body;
+    pd_status status = pdi_scaffold_make(ctx, s);
+    if (status < 0) pdi_scaffold_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *s)
+{
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS; k++) {
+        pdi_owner_free(ctx, pdi_scaffold_links, &s->level[k]);
+        pdi_owner_free(ctx, pdi_scaffold_nodes, &s->level[k]);
+        pdi_owner_free(ctx, pdi_scaffold_parts, &s->level[k]);
+    }
+    pdi_owner_free(ctx, pdi_scaffold_part_list, s);
+    pdi_owner_free(ctx, pdi_scaffold_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- operators ---- */
+
+/* The element of a box of width 1 and volume 1, for lambda = 1 and for mu = 1: [corner][corner][axis][axis] [-]. */
+typedef struct pdi_scaffold_element {
+    double lambda[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
+    double mu[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
+} pdi_scaffold_element;
+
+/* Value of the shape function of a corner at a place in the unit box, with the derivative along axis p (-1: none). */
+static inline double pdi_scaffold_shape(int corner, const double *at, int p)
+{
+    double value = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int upper = corner >> d & 1;
+        if (d == p) value *= upper ? 1.0 : -1.0;
+        else value *= upper ? at[d] : 1.0 - at[d];
+    }
+    return value;
+}
+
+/* Gauss's rule with two points an axis is exact. */
+static void pdi_scaffold_integrate(pdi_scaffold_element *e)
+{
+    memset(e, 0, sizeof *e);
+    for (int g = 0; g < PDI_SCAFFOLD_CORNERS; g++) {
+        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / PDI_SCAFFOLD_CORNERS;
+        for (int d = 0; d < PD_DIM; d++) at[d] = 0.5 + ((g >> d & 1) ? 0.5 : -0.5) / sqrt(3.0);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+            for (int p = 0; p < PD_DIM; p++) slope[a][p] = pdi_scaffold_shape(a, at, p);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+            for (int b = 0; b < PDI_SCAFFOLD_CORNERS; b++)
+                for (int p = 0; p < PD_DIM; p++)
+                    for (int q = 0; q < PD_DIM; q++) {
+                        double *mu = &e->mu[a][b][p * PD_DIM + q];
+                        e->lambda[a][b][p * PD_DIM + q] += share * slope[a][p] * slope[b][q];
+                        *mu += share * slope[a][q] * slope[b][p];
+                        for (int d = 0; d < PD_DIM && p == q; d++) *mu += share * slope[a][d] * slope[b][d];
+                    }
+    }
+}
+
+/* The operator of a level in boxes of a width. */
+static void pdi_scaffold_assemble(const pd_ctx *ctx, const pd_scaffold_level *level, double width)
+{
+    pdi_scaffold_element e;
+    double scale = 1.0 / (width * width);
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * 100);
+    (void)nt;
+    pdi_scaffold_integrate(&e);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double own[PDI_SCAFFOLD_BLOCK] = {0.0}, inverse[PDI_SCAFFOLD_BLOCK] = {0.0};
+        for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
+            double block[PDI_SCAFFOLD_BLOCK] = {0.0};
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++) {
+                int32_t part = level->corner[k] / PDI_SCAFFOLD_CORNERS, a = level->corner[k] % PDI_SCAFFOLD_CORNERS;
+                for (int b = 0; b < PDI_SCAFFOLD_CORNERS; b++) {
+                    if (level->node[part * PDI_SCAFFOLD_CORNERS + b] != level->column[m]) continue;
+                    for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+                        block[p] += scale * (level->lambda[part] * e.lambda[a][b][p] + level->mu[part] * e.mu[a][b][p]);
+                }
+            }
+            if (level->column[m] == v) {
+                for (int d = 0; d < PD_DIM; d++) block[d * PD_DIM + d] += level->hold[v * PD_DIM + d];
+                memcpy(own, block, sizeof own);
+            }
+            for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+                level->block[(int64_t)m * PDI_SCAFFOLD_BLOCK + p] = (float)block[p];
+        }
+        if (!(pdi_vec_invert(own, inverse) > 0.0)) memset(inverse, 0, sizeof inverse);
+        for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+            level->inverse[(int64_t)v * PDI_SCAFFOLD_BLOCK + p] = (float)inverse[p];
+    }
+}
+
+/* Part of the next level that a node lies in, and its place in the box of that. */
+static int32_t pdi_scaffold_under(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t v, double *at)
+{
+    int32_t part = level->parent[level->corner[level->first[v]] / PDI_SCAFFOLD_CORNERS];
+    for (int d = 0; d < PD_DIM; d++)
+        at[d] = 0.5 * (level->place[v * PD_DIM + d] - 2 * next->box[part * PD_DIM + d]);
+    return part;
+}
+
+/* Add what stands at the nodes of a level to those of the next one. */
+static void pdi_scaffold_restrict(const pd_scaffold_level *level, const pd_scaffold_level *next, const double *from,
+                                  double *to)
+{
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double at[PD_DIM];
+        int32_t part = pdi_scaffold_under(level, next, v, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            int32_t w = next->node[part * PDI_SCAFFOLD_CORNERS + a];
+            for (int d = 0; d < PD_DIM; d++) to[w * PD_DIM + d] += share * from[v * PD_DIM + d];
+        }
+    }
+}
+
+static void pdi_scaffold_prolong(const pd_scaffold_level *level, const pd_scaffold_level *next)
+{
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double at[PD_DIM];
+        int32_t part = pdi_scaffold_under(level, next, v, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            int32_t w = next->node[part * PDI_SCAFFOLD_CORNERS + a];
+            for (int d = 0; d < PD_DIM; d++) level->x[v * PD_DIM + d] += share * next->x[w * PD_DIM + d];
+        }
+    }
+}
+
+/* Place of a point in its box, from 0 to 1. */
+static void pdi_scaffold_at(const pd_scaffold *s, int32_t i, double *at)
+{
+    const int32_t *box = s->level[0].box + s->part[i] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++)
+        at[d] = (s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width - box[d];
+}
+
+PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *s, const double *lambda, const double *mu,
+                              const double *hold)
+{
+    double width = s->width;
+    pd_scaffold_level *first = &s->level[0];
+    for (int k = 0; k < s->levels; k++) {
+        pd_scaffold_level *level = &s->level[k];
+        memset(level->lambda, 0, (size_t)level->parts * sizeof *level->lambda);
+        memset(level->mu, 0, (size_t)level->parts * sizeof *level->mu);
+        memset(level->hold, 0, (size_t)level->nodes * PD_DIM * sizeof *level->hold);
+    }
+    for (int32_t i = 0; i < s->body->count; i++) {
+        double at[PD_DIM];
+        pdi_scaffold_at(s, i, at);
+        first->lambda[s->part[i]] += s->body->volume[i] * lambda[i];
+        first->mu[s->part[i]] += s->body->volume[i] * mu[i];
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS && hold; a++)
+            for (int d = 0; d < PD_DIM; d++)
+                first->hold[first->node[s->part[i] * PDI_SCAFFOLD_CORNERS + a] * PD_DIM + d] +=
+                    pdi_scaffold_shape(a, at, -1) * hold[(int64_t)i * PD_DIM + d];
+    }
+    for (int k = 0; k < s->levels; k++, width *= 2.0) {
+        pd_scaffold_level *level = &s->level[k], *next = &s->level[k + 1];
+        pdi_scaffold_assemble(ctx, level, width);
+        if (k + 1 == s->levels) break;
+        for (int32_t p = 0; p < level->parts; p++) {
+            next->lambda[level->parent[p]] += level->lambda[p];
+            next->mu[level->parent[p]] += level->mu[p];
+        }
+        pdi_scaffold_restrict(level, next, level->hold, next->hold);
+    }
+}
+
+/* ---- cycle ---- */
+
+/* b - A x of node v. */
+static inline void pdi_scaffold_rest(const pd_scaffold_level *level, int32_t v, double *rest)
+{
+    for (int d = 0; d < PD_DIM; d++) rest[d] = level->b[v * PD_DIM + d];
+    for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
+        const float *block = level->block + (int64_t)m * PDI_SCAFFOLD_BLOCK;
+        const double *x = level->x + level->column[m] * PD_DIM;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) rest[p] -= (double)block[p * PD_DIM + q] * x[q];
+    }
+}
+
+/* Gauss and Seidel, colour by colour. */
+static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
+    (void)nt;
+    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++) {
+        int colour = back ? PDI_SCAFFOLD_CORNERS - 1 - n : n;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
+            const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
+            double rest[PD_DIM];
+            pdi_scaffold_rest(level, v, rest);
+            for (int p = 0; p < PD_DIM; p++)
+                for (int q = 0; q < PD_DIM; q++)
+                    level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
+        }
+    }
+}
+
+static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
+{
+    const pd_scaffold_level *level = &s->level[k], *next = level + 1;
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
+    (void)nt;
+    memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
+    pdi_scaffold_sweep(ctx, level, 0);
+    if (k + 1 == s->levels) {
+        for (int n = 1; n < PDI_SCAFFOLD_SWEEPS; n++) {
+            pdi_scaffold_sweep(ctx, level, 1);
+            pdi_scaffold_sweep(ctx, level, 0);
+        }
+    } else {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
+        memset(next->b, 0, (size_t)next->nodes * PD_DIM * sizeof *next->b);
+        pdi_scaffold_restrict(level, next, level->r, next->b);
+        pdi_scaffold_cycle(ctx, s, k + 1);
+        pdi_scaffold_prolong(level, next);
+    }
+    pdi_scaffold_sweep(ctx, level, 1);
+}
+
+/* Forces of points, to the nodes of level 0. */
+static void pdi_scaffold_collect(const pd_ctx *ctx, const pd_scaffold *s, const double *f)
+{
+    const pd_scaffold_level *level = &s->level[0];
+    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < level->parts; p++) {
+        double *sum = s->sum + (int64_t)p * PDI_SCAFFOLD_CORNERS * PD_DIM, at[PD_DIM];
+        for (int k = 0; k < PDI_SCAFFOLD_CORNERS * PD_DIM; k++) sum[k] = 0.0;
+        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++) {
+            pdi_scaffold_at(s, s->point[n], at);
+            for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+                for (int d = 0; d < PD_DIM; d++)
+                    sum[a * PD_DIM + d] += pdi_scaffold_shape(a, at, -1) * f[(int64_t)s->point[n] * PD_DIM + d];
+        }
+    }
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double sum = 0.0;
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+                sum += s->sum[(int64_t)level->corner[k] * PD_DIM + d];
+            level->b[v * PD_DIM + d] = sum;
+        }
+}
+
+PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f, double *u)
+{
+    const pd_scaffold_level *level = &s->level[0];
+    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    (void)nt;
+    pdi_scaffold_collect(ctx, s, f);
+    pdi_scaffold_cycle(ctx, s, 0);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->body->count; i++) {
+        double at[PD_DIM];
+        pdi_scaffold_at(s, i, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            const double *x = level->x + level->node[s->part[i] * PDI_SCAFFOLD_CORNERS + a] * PD_DIM;
+            for (int d = 0; d < PD_DIM; d++) u[(int64_t)i * PD_DIM + d] += share * x[d];
+        }
+    }
+}
+
+#undef PDI_SCAFFOLD_BOXES
+#undef PDI_SCAFFOLD_SWEEPS
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -24370,12 +26054,319 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
+
+/* ======== >>solid/band.c ======== */
+/* band: see band.h */
+#include <math.h>
+#include <string.h>
+
+/* Doubles in a line of a cache, lines after which addresses meet again in it, and lines by which fields are apart. */
+#define PDI_BAND_LINE 8
+#define PDI_BAND_LINES 64
+#define PDI_BAND_APART 5
+
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_BAND_ALL UINT32_MAX
+
+PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
+{
+    pd_band *band = (pd_band *)object;
+    int64_t count = band->body ? band->body->count : 0;
+    int64_t fields = PDI_BAND_FIELDS + (band->flows ? PDI_BAND_TENSOR : 0);
+    PDI_ARRAY(owner, band, first, count ? count + 1 : 0, "1");
+    PDI_ARRAY(owner, band, begin, count ? count + 1 : 0, "1");
+    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * fields, "");
+}
+
+/* Places and volumes. Behind and before the points there are others, far from all: bands may look at them, but take
+ * nothing of them. */
+static void pdi_band_place(const pd_band *band)
+{
+    const pd_body *body = band->body;
+    double far = body->horizon;
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_band_field(band, PDI_BAND_VOLUME)[i] = body->volume[i];
+        for (int d = 0; d < PD_DIM; d++)
+            pdi_band_field(band, PDI_BAND_PLACE + d)[i] = body->position[(int64_t)i * PD_DIM + d];
+    }
+}
+
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band)
+{
+    memset(band, 0, sizeof *band);
+    band->body = body;
+    band->weight = weight;
+    band->flows = flows;
+    band->most = PD_BAND_MOST;
+    int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
+    while (lines % PDI_BAND_LINES != PDI_BAND_APART) lines++;
+    band->stride = lines * PDI_BAND_LINE;
+    pd_status status = pdi_owner_build(ctx, pdi_band_list, band);
+    if (status < 0) {
+        memset(band, 0, sizeof *band);
+        return status;
+    }
+    pdi_band_place(band);
+    return PD_OK;
+}
+
+PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
+{
+    PDI_DELETE(ctx, band->room, band->bond);
+    pdi_owner_free(ctx, pdi_band_list, band);
+    memset(band, 0, sizeof *band);
+}
+
+/* A list of bonds on its way into a band. */
+typedef struct pdi_band_bonds {
+    int32_t count;
+    pd_band_bond *bond;
+} pdi_band_bonds;
+
+/* The bonds of point i that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+{
+    const pd_body *body = band->body;
+    bonds->count = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (!(band->weight[b] > 0.0f)) continue;
+        bonds->bond[bonds->count].offset = body->column[b] - i;
+        bonds->bond[bonds->count].weight = band->weight[b];
+        bonds->bond[bonds->count++].lanes = 0;
+    }
+}
+
+/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+{
+    int32_t n = 0;
+    for (int32_t k = 0; k < b->count && n < a->count; k++) {
+        if (a->bond[n].offset != b->bond[k].offset) continue;
+        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
+        b->bond[k].lanes |= lanes;
+        n++;
+    }
+    return n == a->count;
+}
+
+/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t end = i + 1;
+    pdi_band_row(band, i, all);
+    for (; end < band->body->count && end < i + band->most; end++) {
+        pdi_band_row(band, end, one);
+        if (pdi_band_within(one, all, 0)) continue;
+        if (!pdi_band_within(all, one, 0)) break;
+        memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
+        all->count = one->count;
+    }
+    return end;
+}
+
+/* Room for so many bonds. */
+static pd_status pdi_band_enlarge(pd_ctx *ctx, pd_band *band, int64_t wanted)
+{
+    int64_t room = band->room + band->room / 2;
+    if (wanted <= band->room) return PD_OK;
+    if (room < wanted) room = wanted;
+    PDI_TRY(PDI_GROW(ctx, "band", band->room, room, band->bond));
+    band->room = room;
+    return PD_OK;
+}
+
+static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_band_bonds *one)
+{
+    int32_t count = band->body->count;
+    int64_t bonds = 0;
+    for (int32_t i = 0; i < count;) {
+        pdi_band_bonds all;
+        PDI_TRY(pdi_band_enlarge(ctx, band, bonds + longest));
+        all.bond = band->bond + bonds;
+        int32_t end = pdi_band_grow(band, i, &all, one);
+        band->first[band->bands] = i;
+        band->begin[band->bands++] = bonds;
+        for (int32_t n = 0; n < end - i && end - i > 1; n++) {
+            pdi_band_row(band, i + n, one);
+            pdi_band_within(one, &all, (uint32_t)1 << n);
+        }
+        if (end - i > 1) bonds += all.count;
+        i = end;
+    }
+    band->first[band->bands] = count;
+    band->begin[band->bands] = bonds;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
+{
+    const pd_body *body = band->body;
+    pdi_band_bonds one = {0, NULL};
+    int64_t longest = 1;
+    for (int32_t i = 0; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    band->bands = 0;
+    pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
+    if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
+    PDI_DELETE(ctx, longest, one.bond);
+    return status;
+}
+
+PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u)
+{
+    int32_t count = band->body->count;
+    double *move = pdi_band_field(band, PDI_BAND_MOVE);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < count; i++)
+        for (int d = 0; d < PD_DIM; d++) move[d * band->stride + i] = u[(int64_t)i * PD_DIM + d];
+}
+
+/* 1: point n has the bond. All of them have it where `lanes` has all bits. */
+static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
+
+/* A bond of count points: w, and the fields of both of its ends. Inlined with constants for `lanes` or `count`. */
+PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
+                             uint32_t lanes, int count, pdi_band_sums *PD_RESTRICT sums)
+{
+    for (int n = 0; n < count; n++) {
+        double xi[PD_DIM], eta[PD_DIM], square = 0.0, along = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            square += xi[d] * xi[d];
+            along += eta[d] * xi[d];
+        }
+        double over = 1.0 / square, weight = w * far[PDI_BAND_VOLUME * total + n];
+        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
+        double part = weight * over;
+        along *= part * over;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                sums->pull[p * PD_DIM + q][n] += weight * eta[p] * xi[q];
+                sums->turn[p * PD_DIM + q][n] += part * eta[p] * xi[q];
+                if (q >= p) sums->along[p * PD_DIM + q][n] += along * xi[p] * xi[q];
+            }
+    }
+}
+
+/* Points of a band of count ones with those that fill the last vector. */
+static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / PDI_BAND_LINE * PDI_BAND_LINE; }
+
+PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
+{
+    const pd_body *body = band->body;
+    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
+    const double *own = pdi_band_field(band, 0) + i;
+    for (int p = 0; p < PDI_BAND_TENSOR; p++)
+        for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
+        double w = (double)band->weight[b];
+        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    }
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const double *far = own + band->bond[b].offset;
+        double w = (double)band->bond[b].weight;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_BAND_ALL) pdi_band_add(own, far, band->stride, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
+        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, w, lanes, PD_BAND_MOST, sums);
+        else pdi_band_add(own, far, band->stride, w, lanes, whole, sums);
+    }
+    return count;
+}
+
+/* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
+PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
+                              uint32_t lanes, double lambda, double mu, int flows, int count,
+                              double (*PD_RESTRICT force)[PD_BAND_MOST])
+{
+    for (int n = 0; n < count; n++) {
+        double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
+        double share = own[PDI_BAND_SHARE * total + n] + far[PDI_BAND_SHARE * total + n];
+        for (int d = 0; d < PD_DIM; d++) {
+            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            square += xi[d] * xi[d];
+            along += share * eta[d] * xi[d];
+        }
+        double over = 1.0 / square;
+        for (int p = 0; p < PD_DIM; p++) {
+            turned[p] = 0.0;
+            for (int q = 0; q < PD_DIM; q++) {
+                int64_t at = (PDI_BAND_TURN + p * PD_DIM + q) * total + n;
+                double both = own[at] + far[at];
+                turned[p] += both * xi[q];
+                if (p == q) trace += both;
+            }
+            along -= turned[p] * xi[p];
+        }
+        double weight = w * far[PDI_BAND_VOLUME * total + n];
+        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
+        double stretch = lambda * trace + (lambda + mu) * along * over;
+        for (int p = 0; p < PD_DIM; p++) {
+            double line = stretch * xi[p] + mu * (share * eta[p] + turned[p]), carried = 0.0, relief = 0.0;
+            for (int q = 0; q < PD_DIM; q++) {
+                int64_t at = (PDI_BAND_CARRY + p * PD_DIM + q) * total + n;
+                carried += (own[at] + far[at]) * xi[q];
+                at += PDI_BAND_TENSOR * total;
+                if (flows) relief += (own[at] + far[at]) * xi[q];
+            }
+            force[p][n] += weight * (over * (line - relief) + carried);
+        }
+    }
+}
+
+/* The bonds of band k. Inlined with a constant for `flows`. */
+PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
+                             double (*PD_RESTRICT sum)[PD_BAND_MOST])
+{
+    const pd_body *body = band->body;
+    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
+    int64_t total = band->stride;
+    const double *own = pdi_band_field(band, 0) + i;
+    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
+        double w = (double)band->weight[b];
+        if (w > 0.0)
+            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    }
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const double *far = own + band->bond[b].offset;
+        double w = (double)band->bond[b].weight;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_BAND_ALL)
+            pdi_band_pull(own, far, total, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
+        else if (whole == PD_BAND_MOST)
+            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
+        else
+            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, whole, sum);
+    }
+}
+
+PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double mu, double *force)
+{
+    int32_t i = band->first[k], count = band->first[k + 1] - i;
+    double sum[PD_DIM][PD_BAND_MOST];
+    for (int d = 0; d < PD_DIM; d++)
+        for (int n = 0; n < PD_BAND_MOST; n++) sum[d][n] = 0.0;
+    if (band->flows) pdi_band_sum(band, k, lambda, mu, 1, sum);
+    else pdi_band_sum(band, k, lambda, mu, 0, sum);
+    for (int n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];
+}
+
+#undef PDI_BAND_LINE
+#undef PDI_BAND_ALL
+#undef PDI_BAND_LINES
+#undef PDI_BAND_APART
 
 /* ======== >>solid/elastic.c ======== */
 /* elastic: see elastic.h */
@@ -24385,7 +26376,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 /* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
 #define PDI_ELASTIC_FLAT 1e-6
 
-enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
+enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM, PDI_ELASTIC_FOURTH = PD_DIM == 3 ? 15 : PD_DIM == 2 ? 5 : 1 };
 
 /* Scalar product. */
 static inline double pdi_elastic_dot(const double *a, const double *b)
@@ -24406,20 +26397,12 @@ static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, do
     return 1;
 }
 
-/* y = A x, or A^T x. */
+/* y = A x. */
 static inline void pdi_elastic_times(const double *a, const double *x, double *y)
 {
     for (int p = 0; p < PD_DIM; p++) {
         y[p] = 0.0;
         for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
-    }
-}
-
-static inline void pdi_elastic_times_transposed(const double *a, const double *x, double *y)
-{
-    for (int p = 0; p < PD_DIM; p++) {
-        y[p] = 0.0;
-        for (int q = 0; q < PD_DIM; q++) y[p] += a[q * PD_DIM + p] * x[q];
     }
 }
 
@@ -24473,10 +26456,9 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-    PDI_ARRAY(owner, elastic, gradient, count * PDI_ELASTIC_TENSOR, "1");
-    PDI_ARRAY(owner, elastic, moment, count * PDI_ELASTIC_TENSOR, "Pa/m^(d+2)");
 }
 
 /* Weights of the bonds of point i. Both ends of a bond get the same number. */
@@ -24489,17 +26471,43 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     }
 }
 
+/* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
+static inline int pdi_elastic_place(int p, int q, int r, int s)
+{
+    int y = (p == 1) + (q == 1) + (r == 1) + (s == 1), z = (p == 2) + (q == 2) + (r == 2) + (s == 2);
+    return z * (11 - z) / 2 + y;
+}
+
+/* Add a bond to the fourth moments of its family. */
+static void pdi_elastic_fourth(const double *xi, double over, double weight, double *fourth)
+{
+    double x[5], y[5], z[5];
+    x[0] = weight * over * over;
+    y[0] = z[0] = 1.0;
+    for (int k = 0; k < 4; k++) {
+        x[k + 1] = x[k] * xi[0];
+        y[k + 1] = y[k] * xi[PD_DIM > 1];
+        z[k + 1] = z[k] * xi[PD_DIM - 1];
+    }
+    for (int c = 0; c <= (PD_DIM > 2 ? 4 : 0); c++)
+        for (int b = 0; b <= (PD_DIM > 1 ? 4 - c : 0); b++)
+            fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
+}
+
 /* Tensors of the family of point i. 0: it spans no space. */
 static int pdi_elastic_family(const pd_elastic *e, int32_t i)
 {
     const pd_body *body = e->body;
     double k[PDI_ELASTIC_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
     double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
+    for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] = 0.0;
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         double over, weight;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         total += weight;
+        pdi_elastic_fourth(xi, over, weight, fourth);
         for (int p = 0; p < PD_DIM; p++)
             for (int q = 0; q < PD_DIM; q++) {
                 k[p * PD_DIM + q] += weight * scale * xi[p] * xi[q];
@@ -24510,6 +26518,7 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
     if (!(total > 0.0)) return 0;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
+    for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] /= total;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
     if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) {
         for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
@@ -24519,26 +26528,33 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     return 1;
 }
 
-/* g of point i at bond xi over w: the stress P gives the bond the force P g. */
-static void pdi_elastic_share(const pd_elastic *e, int32_t i, const double *xi, double over, double *g)
+/* What bonds read of point i for the normals of the surface. Those are the forces of displacements u = x with
+ * c = 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
 {
-    double at[PD_DIM], back[PD_DIM];
-    pdi_elastic_times(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, xi, at);
-    pdi_elastic_times(e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, at, back);
-    for (int d = 0; d < PD_DIM; d++) g[d] = xi[d] * over / e->total[i] + at[d] - back[d];
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double part[PDI_ELASTIC_TENSOR], *field = pdi_band_field(&e->band, 0) + i;
+    pdi_elastic_product(mean, shape, part);
+    field[PDI_BAND_SHARE * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+        field[(PDI_BAND_TURN + p) * e->band.stride] = 0.0;
+        field[(PDI_BAND_CARRY + p) * e->band.stride] = shape[p] - part[p];
+        if (e->band.flows) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
+    }
 }
 
-static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
+static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
 {
-    double xi[PD_DIM], own[PD_DIM], other[PD_DIM], *edge = e->edge + (int64_t)i * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_share(e, i, xi, over, own);
-        pdi_elastic_share(e, e->body->column[b], xi, over, other);
-        for (int d = 0; d < PD_DIM; d++) edge[d] += weight * (own[d] + other[d]);
-    }
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, e->body->position);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) pdi_elastic_bare(e, i);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, -1.0, 1.0, e->edge);
+    for (int32_t i = 0; i < e->body->count; i++)
+        pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
 /* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
@@ -24572,10 +26588,8 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
                         body->position[(int64_t)flat * PD_DIM]);
-    int nt = pdi_par_threads(ctx, body->bonds * 40);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
+    PDI_TRY(pdi_band_find(ctx, &e->band));
+    pdi_elastic_edges(ctx, e);
     return PD_OK;
 }
 
@@ -24602,6 +26616,7 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
+    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -24614,6 +26629,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
+    pdi_band_free(ctx, &e->band);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -24628,130 +26644,109 @@ static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* H of point i. */
-static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i, double *h)
+/* H, and the mean of the gradients of the bonds where `average` is not NULL, of point i, which is place n of sums. */
+static void pdi_elastic_gradient(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, double *h,
+                                 double *average)
 {
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        for (int p = 0; p < PD_DIM; p++)
-            for (int q = 0; q < PD_DIM; q++) sum[p * PD_DIM + q] += weight * eta[p] * xi[q];
-    }
+    double sum[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR], total = e->total[i];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = sums->pull[p][n];
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
-}
-
-/* The mean of the gradients of the bonds of point i. */
-static void pdi_elastic_average(const pd_elastic *e, const double *u, int32_t i, const double *h, double *average)
-{
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        pdi_elastic_stray(h, xi, eta, over, z);
-        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += weight * over * z[p / PD_DIM] * xi[p % PD_DIM];
-    }
+    if (!average) return;
+    pdi_elastic_product(h, e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, part);
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++)
-        average[p] = h[p] + (e->total[i] > 0.0 ? sum[p] / e->total[i] : 0.0);
+        average[p] = h[p] + (total > 0.0 ? sums->turn[p][n] / total - part[p] : 0.0);
 }
 
-/* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
- * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
-static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
+/* The mean over the family of what the strays of bonds add to their stress, times (1 - n n^T). The stray z adds
+ * lambda s 1 + mu (z n^T + n z^T)/r, s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and from
+ * moments of the family. */
+static void pdi_elastic_stray_moment(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n,
+                                     const double *h, double *moment)
 {
-    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
-    double xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        double s = pdi_elastic_stray(h, xi, eta, over, z);
-        weight /= e->total[i];
-        for (int p = 0; p < PD_DIM; p++)
-            for (int q = 0; q < PD_DIM; q++) {
-                double across = (p == q ? 1.0 : 0.0) - xi[p] * xi[q] * over;
-                double share = e->lambda * s * across + e->mu * over * xi[p] * (z[q] - s * xi[q]);
-                sum[p * PD_DIM + q] += weight * share;
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
+    double over = 1.0 / e->total[i], stretch = 0.0;
+    for (int d = 0; d < PD_DIM; d++) stretch += over * sums->turn[d * PD_DIM + d][n];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) stretch -= h[p] * mean[p];
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double line = over * sums->along[p < q ? p * PD_DIM + q : q * PD_DIM + p][n];
+            double across = over * sums->turn[q * PD_DIM + p][n];
+            for (int r = 0; r < PD_DIM; r++) {
+                across -= mean[p * PD_DIM + r] * h[q * PD_DIM + r];
+                for (int s = 0; s < PD_DIM; s++) line -= fourth[pdi_elastic_place(p, q, r, s)] * h[r * PD_DIM + s];
             }
-    }
+            moment[p * PD_DIM + q] = e->lambda * ((p == q ? stretch : 0.0) - line) + e->mu * (across - line);
+        }
+}
+
+/* What bonds read of point i: the tensors of eq. 8.4. */
+static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, const double *h)
+{
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
+    double *field = pdi_band_field(&e->band, 0) + i, share = field[PDI_BAND_SHARE * e->band.stride];
+    if (e->total[i] > 0.0) pdi_elastic_stray_moment(e, sums, i, n, h, sum);
     pdi_elastic_law(e, h, stress);
-    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++)
-        stress[p] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++) {
+        double relief = e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
+        stress[p] -= relief;
+        field[(PDI_BAND_RELIEF + p) * e->band.stride] = share * relief;
+    }
     pdi_elastic_product(stress, mean, part);
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = pdi_elastic_stiff(e, i) * (sum[p] + stress[p] - part[p]);
-    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
-}
-
-/* What the family of point i puts on a bond xi, over w, added to f. */
-static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double *xi, const double *eta, double over,
-                                    double *f)
-{
-    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
-    double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
-    double share = over * pdi_elastic_stiff(e, i) / e->total[i], trace = pdi_elastic_trace(h) + s;
-    pdi_elastic_times_transposed(h, xi, turned);
-    pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
-    for (int d = 0; d < PD_DIM; d++)
-        f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
-    if (!e->plastic.count) return;
-    pdi_elastic_times(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR, xi, turned);
-    for (int d = 0; d < PD_DIM; d++) f[d] -= share * turned[d];
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, part);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+        int q = p % PD_DIM * PD_DIM + p / PD_DIM;
+        field[(PDI_BAND_CARRY + p) * e->band.stride] = part[p];
+        field[(PDI_BAND_TURN + p) * e->band.stride] = share * h[q];
+    }
 }
 
 /* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
  * derivative says. */
 static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 100);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double average[PDI_ELASTIC_TENSOR], *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
-        pdi_elastic_gradient(e, u, i, h);
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            if (bends) pdi_plastic_bend(&e->plastic, i, average);
-            else pdi_plastic_meet(&e->plastic, i, average);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, e->plastic.count ? average : NULL);
+            if (e->plastic.count && bends) pdi_plastic_bend(&e->plastic, i, average);
+            else if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
+            pdi_elastic_offer(e, &sums, i, n, h);
         }
-        pdi_elastic_moment(e, u, i);
     }
 }
 
-static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, double *force)
 {
-    const pd_body *body = e->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 100);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double over, weight, f[PD_DIM] = {0.0};
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            pdi_elastic_eta(e, u, i, b, eta);
-            pdi_elastic_pull(e, i, xi, eta, over, f);
-            pdi_elastic_pull(e, body->column[b], xi, eta, over, f);
-            for (int d = 0; d < PD_DIM; d++) sum[d] += weight * f[d];
-        }
-        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
-    }
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, e->lambda, e->mu, force);
 }
 
 void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
 {
     pdi_elastic_gather(ctx, e, u, 0);
-    pdi_elastic_scatter(ctx, e, u, force);
+    pdi_elastic_scatter(ctx, e, force);
 }
 
-/* Energy of the family of point i [J/m3], w_0 times. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
+ * NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double over, weight, density = 0.0;
+        if (each) each[b] = 0.0;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
@@ -24759,6 +26754,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
+        if (each) each[b] = (double)e->weight[b] * density;
     }
     return sum;
 }
@@ -24766,39 +26762,51 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
-        if (!(e->total[i] > 0.0)) continue;
-        pdi_elastic_gradient(e, u, i, h);
-        density = pdi_elastic_density(e, u, i, h) / e->total[i];
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            pdi_plastic_meet(&e->plastic, i, average);
-            density -= pdi_plastic_relief(&e->plastic, i, average);
+    pdi_band_sums sums;
+    pdi_band_move(ctx, &e->band, u);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+            int32_t i = e->band.first[k] + n;
+            if (!(e->total[i] > 0.0)) continue;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
+            if (e->plastic.count) {
+                pdi_plastic_meet(&e->plastic, i, average);
+                density -= pdi_plastic_relief(&e->plastic, i, average);
+            }
+            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
         }
-        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
     }
     return pdi_sum_total(&all);
 }
 
+/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]. */
+static void pdi_elastic_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average, double *p)
+{
+    if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
+    pdi_elastic_law(e, e->plastic.count ? average : h, p);
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
+        if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
+        p[k] *= pdi_elastic_stiff(e, i);
+    }
+}
+
 void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], *p = stress + (int64_t)i * PDI_ELASTIC_TENSOR;
-        pdi_elastic_gradient(e, u, i, h);
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            pdi_plastic_meet(&e->plastic, i, average);
-            memcpy(h, average, sizeof h);
-        }
-        pdi_elastic_law(e, h, p);
-        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
-            if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
-            p[k] *= pdi_elastic_stiff(e, i);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            pdi_elastic_point_stress(e, i, h, average, stress + (int64_t)i * PDI_ELASTIC_TENSOR);
         }
     }
 }
@@ -24814,7 +26822,7 @@ static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *
 static void pdi_elastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pdi_elastic_gather(ctx, (const pd_elastic *)self, du, 1);
-    pdi_elastic_scatter(ctx, (const pd_elastic *)self, du, df);
+    pdi_elastic_scatter(ctx, (const pd_elastic *)self, df);
 }
 
 /* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. */
@@ -24842,9 +26850,50 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     }
 }
 
+/* A bond has the stiffness of both of its families, so a weak point beside stiff ones is as stiff as its bonds are on
+ * average. */
+static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, own = pdi_elastic_stiff(e, i);
+        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
+            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
+        lambda[i] = part * e->lambda;
+        mu[i] = part * e->mu;
+    }
+}
+
 static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+}
+
+/* Of metal that does not flow. */
+static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], share;
+            int32_t i = e->band.first[k] + n;
+            share = e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
+            pdi_elastic_gradient(e, &sums, i, n, h, NULL);
+            pdi_elastic_density(e, u, i, h, energy);
+            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+        }
+    }
 }
 
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
@@ -24880,15 +26929,19 @@ static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
 static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double *u)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
+    if (!e->plastic.count) return PD_OK;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
-        if (!e->plastic.count) continue;
-        pdi_elastic_gradient(e, u, i, h);
-        pdi_elastic_average(e, u, i, h, average);
-        pdi_plastic_commit(&e->plastic, i, average);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            pdi_elastic_gradient(e, &sums, e->band.first[k] + n, n, h, average);
+            pdi_plastic_commit(&e->plastic, e->band.first[k] + n, average);
+        }
     }
     return PD_OK;
 }
@@ -24934,7 +26987,9 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.force = pdi_elastic_solid_force;
     solid.tangent = pdi_elastic_solid_tangent;
     solid.blocks = pdi_elastic_solid_blocks;
+    solid.moduli = pdi_elastic_solid_moduli;
     solid.energy = pdi_elastic_solid_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
@@ -24951,36 +27006,266 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
 #endif
 
+/* ======== >>solid/criterion.c ======== */
+/* criterion: see criterion.h */
+#include <math.h>
+#include <string.h>
+
+/* Bonds whose measures differ by this share break together: mirror images do. */
+#define PDI_CRITERION_TIE 1e-9
+
+PDI_FN void pdi_criterion_list(pdi_owner *owner, void *object)
+{
+    pd_criterion *criterion = (pd_criterion *)object;
+    const pd_body *body = criterion->solid.body;
+    int64_t count = body && criterion->critical > 0.0 ? body->count : 0;
+    int64_t tensors = criterion->desc.kind >= PD_CRITERION_PRINCIPAL ? count : 0;
+    PDI_ARRAY(owner, criterion, energy, count && criterion->desc.kind == PD_CRITERION_ENERGY ? body->bonds : 0,
+              "J/m^(2d)");
+    PDI_ARRAY(owner, criterion, stress, tensors * PD_DIM * PD_DIM, "Pa");
+    PDI_ARRAY(owner, criterion, scalar, tensors, "Pa");
+    PDI_ARRAY(owner, criterion, most, count, "1");
+}
+
+/* ---- calibration ---- */
+
+/* Sum of beta V r over a whole family of the lattice, or of beta V |n.xi| [m^(d+1)]. */
+static double pdi_criterion_sum(const pd_body *body, const double *n)
+{
+    double sum = 0.0, xi[PD_DIM];
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        if (!(square > 0.0)) continue;
+        sum += pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * (n ? fabs(pdi_vec_dot(n, xi)) : sqrt(square));
+    }
+    return pdi_weigh_cell(body) * sum;
+}
+
+PDI_FN double pdi_criterion_crack(const pd_criterion *c, const double *n)
+{
+    return 0.5 * c->critical * pdi_criterion_sum(c->solid.body, n) / pdi_vec_norm(n);
+}
+
+static double pdi_criterion_crack_of(const void *self, const double *n)
+{
+    return pdi_criterion_crack((const pd_criterion *)self, n);
+}
+
+/* The critical energy whose cracks take `fracture`, mean over all directions. */
+static void pdi_criterion_calibrate(pd_criterion *c)
+{
+    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
+    c->critical = 2.0 * c->desc.fracture / (mean[PD_DIM - 1] * pdi_criterion_sum(c->solid.body, NULL));
+    c->anisotropy = pdi_weigh_anisotropy(pdi_criterion_crack_of, c);
+}
+
+/* ---- measures ---- */
+
+/* Largest principal stress, or von Mises' one, of point i, in the plane or in space [Pa]. */
+static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const double *stress)
+{
+    double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
+    double mises = pdi_solid_mises(stress, normal, &mean);
+    if (c->desc.kind == PD_CRITERION_MISES) return mises;
+    if (!(mises > 0.0)) return mean;
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) s[3 * p + q] = 0.5 * (stress[p * PD_DIM + q] + stress[q * PD_DIM + p]);
+    if (PD_DIM == 2) s[8] = normal;
+    for (int p = 0; p < 3; p++) s[4 * p] -= mean;
+    double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
+                   s[2] * (s[1] * s[5] - s[4] * s[2]);
+    double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
+    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+}
+
+/* Bond b of point i [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
+    pdi_body_bond(c->solid.body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+}
+
+/* Measure of bond b of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    const pd_body *body = c->solid.body;
+    int32_t j = body->column[b];
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
+    pdi_criterion_bond(c, u, i, b, xi, eta);
+    double stretch = pdi_body_strain(xi, eta, y, &r, &length);
+    if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
+    if (!(stretch > 0.0)) return 0.0;
+    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+}
+
+/* One over the factor on u at which bond b of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    if (!(measure > 0.0)) return 0.0;
+    if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
+    if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
+    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
+    double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
+    return along > 0.0 ? (along + root) / gap : square / (root - along);
+}
+
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+
+/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
+ * its ends see the same. Returns the most of all. */
+static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const double *u, pdi_criterion_fn measure)
+{
+    const pd_body *body = c->solid.body;
+    double most = 0.0;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    if (c->desc.kind == PD_CRITERION_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) {
+        c->solid.stress(ctx, c->solid.self, u, c->stress);
+        for (int32_t i = 0; i < body->count; i++)
+            c->scalar[i] = pdi_criterion_scalar(c, i, c->stress + (int64_t)i * PD_DIM * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        c->most[i] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+    }
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    return most;
+}
+
+/* ---- what breaks ---- */
+
+int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+{
+    pd_body *body = c->solid.body;
+    int64_t broken = 0;
+    if (!(c->critical > 0.0)) return 0;
+    double most = pdi_criterion_look(ctx, c, u, pdi_criterion_measure);
+    if (!(most > c->critical)) return 0;
+    double from = fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    for (int32_t i = 0; i < body->count; i++) {
+        if (!(c->most[i] >= from)) continue;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
+            body->broken[b] = 1;
+            body->broken[pdi_body_back(body, i, j)] = 1;
+            broken++;
+        }
+    }
+    return broken;
+}
+
+void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_criterion_bond *first)
+{
+    const pd_body *body = c->solid.body;
+    memset(first, 0, sizeof *first);
+    first->bond = -1;
+    double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
+    if (!(most > 0.0)) return;
+    while (!(c->most[first->from] >= most)) first->from++;
+    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
+        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
+    first->to = body->column[first->bond];
+    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    first->factor = 1.0 / most;
+    for (int d = 0; d < PD_DIM; d++)
+        first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
+                                 body->position[(int64_t)first->to * PD_DIM + d]);
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_criterion_check(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc)
+{
+    int energy = desc->kind == PD_CRITERION_ENERGY;
+    if ((int)desc->kind < 0 || desc->kind > PD_CRITERION_MISES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
+                        (int)PD_CRITERION_MISES);
+    if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
+        !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+                        "one that is finite and positive, and the energy of a crack for that of bonds",
+                        desc->critical, desc->fracture);
+    if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
+                        "a critical energy");
+    if ((energy && !solid->bond_energy) || (desc->kind >= PD_CRITERION_PRINCIPAL && !solid->stress))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
+                        energy ? "energies of bonds" : "stress");
+    return PD_OK;
+}
+
+pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc, pd_criterion *criterion)
+{
+    memset(criterion, 0, sizeof *criterion);
+    pd_status status = pdi_criterion_check(ctx, solid, desc);
+    if (status < 0) return status;
+    criterion->desc = *desc;
+    criterion->solid = *solid;
+    criterion->critical = desc->critical;
+    criterion->anisotropy = 1.0;
+    if (desc->fracture > 0.0) pdi_criterion_calibrate(criterion);
+    status = pdi_owner_build(ctx, pdi_criterion_list, criterion);
+    if (status < 0) pd_criterion_free(ctx, criterion);
+    return status;
+}
+
+void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
+{
+    pdi_owner_free(ctx, pdi_criterion_list, criterion);
+    memset(criterion, 0, sizeof *criterion);
+}
+
+#undef PDI_CRITERION_TIE
+
 /* ======== >>solid/equilibrium.c ======== */
 /* equilibrium: see equilibrium.h */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
+/* Weight of the blocks beside the coarse picture. Both see waves about as long as a bond. */
+#define PDI_EQUILIBRIUM_SHARE 0.6
 /* A step may go so far that its work turns to this part of what it was, against it. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
+/* What is done for each piece. */
+typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
+
 PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
+    PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
 
 /* y = -V df of what is free, along x. */
@@ -25010,13 +27295,27 @@ PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
 PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    double share = q->scaffold.levels ? PDI_EQUILIBRIUM_SHARE : 1.0;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
         for (int a = 0; a < PD_DIM; a++) {
             const double *row = q->block + i * PDI_EQUILIBRIUM_BLOCK + a * PD_DIM;
             double sum = 0.0;
             for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
-            y[i * PD_DIM + a] = pdi_equilibrium_held(q, i * PD_DIM + a) ? 0.0 : sum;
+            y[i * PD_DIM + a] = share * sum;
         }
+    if (q->scaffold.levels) pdi_scaffold_add(q->ctx, (pd_scaffold *)&q->scaffold, x, y);
+    for (int64_t k = 0; k < q->n; k++)
+        if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
+}
+
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
+static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
+{
+    if (!q->scaffold.levels) return;
+    q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
+    for (int64_t k = 0; k < q->n; k++)
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
+    pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
@@ -25025,6 +27324,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
+    for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -25061,6 +27361,11 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
 }
 
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+{
+    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
+}
+
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
 static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
@@ -25073,21 +27378,56 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_
     return PD_OK;
 }
 
-/* The same for all pieces. */
-static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q)
+/* Calls `visit` for each piece. */
+static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        pd_rigid rigid;
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
-        status = pdi_equilibrium_balanced(q, piece, count);
+        pdi_rigid_find(q->solid->body, q->desc->held, piece, count, &rigid);
+        status = visit(q, &rigid);
     }
     PDI_DELETE(q->ctx, all, piece);
     PDI_DELETE(q->ctx, all, seen);
     return status;
+}
+
+/* Refuses loads that a piece does not bear. */
+static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
+    q->moves = q->moves || rigid->motions;
+    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
+    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
+                    "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
+}
+
+/* Of a step, no piece moves as a whole without need. */
+static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
+}
+
+/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    const double *volume = q->solid->body->volume;
+    for (int way = 0; way < 2; way++) {
+        for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
+            for (int d = 0; d < PD_DIM; d++) {
+                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
+                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
+                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+            }
+        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+    }
+    return PD_OK;
 }
 
 /* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
@@ -25104,15 +27444,46 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
+/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+{
+    double work = 0.0, size = 0.0;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double part = q->solid->body->volume[k / PD_DIM] * q->load[k] * motion[k];
+        work += part;
+        size += fabs(part);
+    }
+    if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
+    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    return 1;
+}
+
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
+    int moves = q->moves && q->scaffold.levels;
     q->krylov.desc.atol = target;
+    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
+    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
+        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -25144,6 +27515,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -25152,6 +27540,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
         double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
+        pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
         status = pdi_equilibrium_search(q, u, target, &norm);
@@ -25172,15 +27561,17 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
 {
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
+    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_borne));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     pd_status status = pdi_equilibrium_rest(q, u, norm);
     if (status == PD_RETRY)
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    q->size = pdi_equilibrium_size(q, u);
-    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    pdi_equilibrium_blocks(q);
+    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
 
@@ -25189,27 +27580,22 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     double norm, target;
     pd_krylov_desc kd;
     pd_status status;
+    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
+    if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_blocks(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
-                        "their moments");
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+                        "loads turn it: hold it, or balance their moments");
     result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
@@ -25227,20 +27613,23 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
     q.n = (int64_t)solid->body->count * PD_DIM;
     pd_status status = pdi_equilibrium_run(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
+    pdi_scaffold_free(ctx, &q.scaffold);
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_DIGITS
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
+#undef PDI_EQUILIBRIUM_SHARE
 #undef PDI_EQUILIBRIUM_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -25254,14 +27643,14 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 
 /* Default of `eager`. */
 #define PDI_QUASI_STATIC_EAGER 0.5
-/* Bonds whose stretches differ by this share break together: mirror images do. */
-#define PDI_QUASI_STATIC_TIE 1e-9
 /* Displacements and loads are new when they change by more than this share of the largest. */
 #define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
 #define PDI_QUASI_STATIC_AGAIN 60
 /* Least part of its way that what is held moves in a round, and one over the most. */
 #define PDI_QUASI_STATIC_RELAX 0.1
+/* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
+#define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -25294,23 +27683,23 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
                                 pd_quasi_static *q)
 {
     memset(q, 0, sizeof *q);
-    if (!(desc->stretch >= 0.0) || !(desc->stretch < 1e100) || !(desc->eager <= 1.0) || !(desc->rtol >= 0.0) ||
-        !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "a critical stretch of %g, %g of what is beyond it and "
-                        "rtol = %g: expected a positive stretch, 0 to 1, and 0 to 1", desc->stretch, desc->eager,
-                        desc->rtol);
+    if (!(desc->eager <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "%g of what is beyond the criterion and rtol = %g: "
+                        "expected 0 to 1", desc->eager, desc->rtol);
     q->desc = *desc;
     if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->parted = -1.0;
     pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    if (status == PD_OK) status = pd_criterion_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
     return status;
 }
 
 void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 {
+    pd_criterion_free(ctx, &q->criterion);
     pdi_owner_free(ctx, pdi_quasi_static_list, q);
     memset(q, 0, sizeof *q);
 }
@@ -25342,12 +27731,24 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
     return PD_OK;
 }
 
-/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+/* 1: the loads of a piece move it, or turn it, as nothing holds it. */
 static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
+    pd_rigid rigid;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    return 0;
+    pdi_rigid_find(q->solid.body, q->desc.held, piece, count, &rigid);
+    return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
+}
+
+/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
+static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
+{
+    q->off[i] = 1;
+    for (int d = 0; d < PD_DIM; d++)
+        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
+    q->lost++;
+    if (q->parted < 0.0) q->parted = t;
 }
 
 /* Pieces that have come off lose their loads. */
@@ -25361,16 +27762,45 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
         if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
-        for (int32_t k = 0; k < count; k++) {
-            q->off[piece[k]] = 1;
-            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
-        }
-        q->lost += count;
-        if (q->parted < 0.0) q->parted = t;
+        for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
     return status;
+}
+
+/* How fast a motion turns the fastest bond of point i [1/m]. */
+static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
+{
+    double most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], length = 0.0, way = 0.0;
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            length += xi[d] * xi[d];
+            way += eta * eta;
+        }
+        most = fmax(most, way / length);
+    }
+    return sqrt(most);
+}
+
+/* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
+ * other. How many points. */
+static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
+{
+    const pd_body *body = q->solid.body;
+    double most = 0.0;
+    int32_t count = 0;
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count && most > 0.0; i++) {
+        if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
+        pdi_quasi_static_lose(q, i, t);
+        count++;
+    }
+    return count;
 }
 
 /* ---- balance ---- */
@@ -25387,17 +27817,27 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+/* The balance, without what turns about hinges. The forces are those before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    pd_equilibrium_desc desc;
-    pd_equilibrium_result result;
-    memset(&desc, 0, sizeof desc);
-    desc.held = q->desc.held;
-    desc.rtol = q->desc.rtol;
-    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
-    q->iterations += result.iterations;
-    q->solves++;
-    q->residual = result.residual;
+    pd_status status = PD_ERR_DIVERGED;
+    for (int turns = 1; turns;) {
+        pd_equilibrium_desc desc;
+        pd_equilibrium_result result;
+        memset(&desc, 0, sizeof desc);
+        desc.held = q->desc.held;
+        desc.rtol = q->desc.rtol;
+        desc.swing = q->force;
+        status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+        q->iterations += result.iterations;
+        q->solves++;
+        q->residual = result.residual;
+        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_swing(q, q->force, t);
+        if (!turns) continue;
+        ctx->status = PD_OK; /* the next balance is without them */
+        ctx->message[0] = '\0';
+    }
+    memcpy(q->force, q->before + 2 * q->n, (size_t)q->n * sizeof *q->force);
     return status;
 }
 
@@ -25408,38 +27848,6 @@ static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
     if (status <= PD_OK) return status;
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "the balance at %g s is no state of the %s material", q->time,
                     q->solid.name);
-}
-
-/* ---- bonds that break ---- */
-
-static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int64_t b)
-{
-    const pd_body *body = q->solid.body;
-    const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_body_strain(xi, eta, y, &r, &length);
-}
-
-/* Breaks the bonds of this round; how many. */
-static int64_t pdi_quasi_static_break(pd_quasi_static *q)
-{
-    pd_body *body = q->solid.body;
-    double most = 0.0, critical = q->desc.stretch;
-    int64_t broken = 0;
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b]) most = fmax(most, pdi_quasi_static_stretch(q, i, b));
-    if (!(most > critical)) return 0;
-    double from = fmax(critical, (most - q->desc.eager * (most - critical)) * (1.0 - PDI_QUASI_STATIC_TIE));
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b] && pdi_quasi_static_stretch(q, i, b) >= from) {
-                body->broken[b] = 1;
-                broken++;
-            }
-    return broken / 2;
 }
 
 /* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
@@ -25460,7 +27868,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
 {
     for (;;) {
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
@@ -25472,7 +27880,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
-        int64_t broken = q->desc.stretch > 0.0 ? pdi_quasi_static_break(q) : 0;
+        int64_t broken = pd_criterion_break(ctx, &q->criterion, q->u, q->desc.eager);
         if (!broken) return PD_OK;
         PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
         q->broken += broken;
@@ -25591,10 +27999,10 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 }
 
 #undef PDI_QUASI_STATIC_EAGER
-#undef PDI_QUASI_STATIC_TIE
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
+#undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS
 
 /* ======== >>solid/relaxation.c ======== */
@@ -25983,7 +28391,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -25994,9 +28402,6 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 /* microelastic: see microelastic.h */
 #include <math.h>
 #include <string.h>
-
-/* Directions along which cracks are looked at, for the anisotropy. */
-#define PDI_MICROELASTIC_WAYS 64
 
 /* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
 #define PDI_MICROELASTIC_ACROSS 1e-3
@@ -26010,39 +28415,19 @@ typedef struct pdi_microelastic_sums {
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
 } pdi_microelastic_sums;
 
-/* The part q of direction xi that tells axes from diagonals; its mean over all directions is zero. */
-static double pdi_microelastic_cubic(const double *xi, double square)
-{
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
-    return sum - 3.0 / (PD_DIM + 2.0);
-}
-
-/* How much a bond counts by its direction, of which 1D has one. */
-static double pdi_microelastic_share(const pd_microelastic *m, const double *xi, double square)
-{
-    return 1.0 + (PD_DIM > 1 ? m->shear * pdi_microelastic_cubic(xi, square) : 0.0);
-}
-
 /* With the weights, or with the influence times q. */
 static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
-    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
-    double volume = 1.0;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
     memset(s, 0, sizeof *s);
-    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
-    for (int k = 0; k < all; k++) {
-        double xi[PD_DIM], square = 0.0, along = 0.0;
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
-            xi[d] = (rest % wide - reach) * body->spacing;
-            square += xi[d] * xi[d];
-            along += n ? n[d] * xi[d] : 0.0;
-        }
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi), along = n ? pdi_vec_dot(n, xi) : 0.0, q = 0.0;
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
         if (!(weight > 0.0)) continue;
-        weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
+        q = pdi_weigh_cubic(xi, square);
+        weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
         s->square += weight * square;
@@ -26065,19 +28450,9 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
     return sqrt(2.0 * density / (m->modulus * s.over));
 }
 
-/* Largest over least energy of a crack. */
-static double pdi_microelastic_anisotropy(const pd_microelastic *m)
+static double pdi_microelastic_crack_of(const void *self, const double *n)
 {
-    double least = HUGE_VAL, most = 0.0;
-    for (int k = 0; k < PDI_MICROELASTIC_WAYS; k++) {
-        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_MICROELASTIC_WAYS;
-        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
-        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
-        double energy = pdi_microelastic_crack(m, n);
-        least = fmin(least, energy);
-        most = fmax(most, energy);
-    }
-    return most > 0.0 ? most / least : 1.0;
+    return pdi_microelastic_crack((const pd_microelastic *)self, n);
 }
 
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
@@ -26103,19 +28478,7 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     pdi_microelastic_sum(m, 0, NULL, &plain);
     m->modulus = 2.0 * wanted / plain.axis;
     m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
-    m->anisotropy = m->critical > 0.0 ? pdi_microelastic_anisotropy(m) : 1.0;
-}
-
-/* Factor of a bond along xi whose ends have the stiffness `own` and `other` along the axes: that of the bulk over it,
- * the mean of both ends, between axes as on an ellipsoid. */
-static double pdi_microelastic_factor(const double *own, const double *other, const double *xi, double bulk)
-{
-    double sum = 0.0, square = pdi_vec_dot(xi, xi);
-    for (int a = 0; a < PD_DIM; a++) {
-        double factor = 0.5 * (bulk / own[a] + bulk / other[a]);
-        sum += xi[a] * xi[a] / (square * factor * factor);
-    }
-    return 1.0 / sqrt(sum);
+    m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
@@ -26131,7 +28494,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
+            double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++)
@@ -26142,8 +28505,8 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_body_bond(body, i, b, xi);
-            double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
-                                                    stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
+            double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
+                                             stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
             m->weight[b] = body->broken[b] ? 0.0f : (float)((double)m->weight[b] * factor);
         }
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
@@ -26438,14 +28801,13 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     return solid;
 }
 
-#undef PDI_MICROELASTIC_WAYS
 #undef PDI_MICROELASTIC_ACROSS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26611,6 +28973,1709 @@ pd_process pd_verlet_process(pd_verlet *d)
 #undef PDI_VERLET_SHARE
 #undef PDI_VERLET_MOST
 #undef PDI_VERLET_FAR
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
+
+/* ======== >>solid/ordinary.c ======== */
+/* ordinary: see ordinary.h */
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
+#define PDI_ORDINARY_FLAT 1e-6
+/* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
+#define PDI_ORDINARY_SQUARINGS 6
+
+/* Bond b of a point as it is now. */
+typedef struct pdi_ordinary_bond {
+    double weight;     /* [m^d] w V_j */
+    double r, length;  /* [m] as it began, and now; r where displacements are small */
+    double extension;  /* [m] length - r, with the digits of the displacements */
+    double xi[PD_DIM]; /* [m] */
+    double y[PD_DIM];  /* [-] direction of its force */
+    double dyad[PDI_SYM]; /* [m2] xi xi^T */
+} pdi_ordinary_bond;
+
+/* How the bond xi + eta is: 0: it is broken. */
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+                                    pdi_ordinary_bond *bond)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    double eta[PD_DIM];
+    bond->weight = (double)o->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    bond->weight *= o->body->volume[o->body->column[b]];
+    pdi_body_bond(o->body, i, b, bond->xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    if (linear) {
+        bond->length = bond->r = pdi_vec_norm(bond->xi);
+        bond->extension = pdi_vec_dot(bond->xi, eta) / bond->r;
+    } else {
+        bond->extension = pdi_body_strain(bond->xi, eta, bond->y, &bond->r, &bond->length);
+        bond->extension *= bond->r;
+    }
+    for (int d = 0; d < PD_DIM; d++) bond->y[d] = (linear ? bond->xi[d] : bond->y[d]) / bond->length;
+    pdi_strain_dyad(bond->xi, bond->dyad);
+    return 1;
+}
+
+/* 1: families have a strain. */
+static int pdi_ordinary_by_strain(const pd_ordinary *o)
+{
+    return o->desc.surface == PD_ORDINARY_POSITION;
+}
+
+/* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+{
+    int strain = pdi_ordinary_by_strain(o);
+    memset(weigh, 0, sizeof *weigh);
+    weigh->body = o->body;
+    weigh->influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh->whole;
+    o->shear = weigh->shear;
+    o->bulk = whole->size;
+    o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
+    if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
+        o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
+    return PD_OK;
+}
+
+/* ---- families ---- */
+
+/* At least the largest eigenvalue of a matrix of n rows that are real and not negative: the trace of a high power. */
+static double pdi_ordinary_largest(int n, double *a)
+{
+    double least = 0.0, share = 1.0, next[PDI_SYM * PDI_SYM];
+    for (int k = 0; k <= PDI_ORDINARY_SQUARINGS; k++, share *= 0.5) {
+        double trace = 0.0;
+        for (int p = 0; p < n; p++) trace += a[p * n + p];
+        if (!(trace > 0.0)) return 0.0;
+        least += share * log(trace);
+        for (int p = 0; p < n * n; p++) {
+            double sum = 0.0;
+            for (int q = 0; q < n; q++) sum += a[p / n * n + q] * a[q * n + p % n];
+            next[p] = sum / (trace * trace);
+        }
+        memcpy(a, next, (size_t)(n * n) * sizeof *a);
+    }
+    return exp(least);
+}
+
+/* m of a family, and sum w V_j r^2 (n n)(n n)/m, its inverse in place. 0: it has none. */
+static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, double *moment)
+{
+    const pd_body *body = o->body;
+    double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
+    memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
+    *size = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        pdi_body_bond(body, i, b, xi);
+        pdi_strain_dyad(xi, dyad);
+        double square = pdi_strain_trace(dyad);
+        *size += weight * square;
+        for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
+            moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
+    }
+    if (!(*size > 0.0)) return 0;
+    if (!pdi_ordinary_by_strain(o)) return 1;
+    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
+    for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
+    if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
+    for (int p = 0; p < PDI_SYM; p++) {
+        double *row = inverse + p * PDI_SYM;
+        for (int q = 0; q < PDI_SYM; q++) row[q] = p == q ? 1.0 : 0.0;
+        pdi_vec_substitute(PDI_SYM, PDI_SYM, moment, row);
+    }
+    memcpy(moment, inverse, sizeof inverse);
+    return 1;
+}
+
+/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: eq. 8.27). */
+static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
+{
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_strain_trace(n + p * PDI_SYM);
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q < PDI_SYM; q++) {
+            double own = n[p * PDI_SYM + q];
+            carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
+            if (q > p) continue;
+            double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
+            *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
+        }
+    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+}
+
+/* The law of family i. 0: it has none; -1: a strain has no energy. */
+static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
+{
+    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    memset(law, 0, PDI_STRAIN_PACK * sizeof *law);
+    o->alpha[i] = 0.0;
+    if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
+    double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
+    o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
+    if (pdi_ordinary_by_strain(o)) {
+        pdi_ordinary_position(o, i, size, moment);
+        return 1;
+    }
+    double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
+    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    return o->alpha[i] + l * size > 0.0 ? 1 : -1;
+}
+
+/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.9). */
+static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
+{
+    const pd_body *body = o->body;
+    double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        pdi_body_bond(body, i, b, xi);
+        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    return pdi_ordinary_largest(PD_DIM, sum);
+}
+
+/* ---- forces ---- */
+
+/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. Returns the energy density of
+ * extensions. */
+static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                                 double *to)
+{
+    pdi_ordinary_bond bond;
+    double sum[PDI_SYM] = {0.0}, square = 0.0;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        double x = bond.extension;
+        if (du) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            x = 0.0;
+            for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
+        }
+        square += bond.weight * x * x;
+        for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
+    }
+    pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
+    return 0.5 * (o->alpha[i] * square + pdi_strain_dot(sum, to));
+}
+
+/* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
+static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, const double *q,
+                                        double x)
+{
+    return pdi_strain_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
+}
+
+/* By both of its families. */
+static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
+                                       const double *q, double x)
+{
+    return pdi_ordinary_carry(o, bond, i, q + (int64_t)i * PDI_SYM, x) +
+           pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
+}
+
+/* Forces of the displacements u, of any size or small. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0};
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    pdi_par_copy(ctx, n, u, o->at);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_body *body = o->body;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0}, eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+            for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
+            double along = pdi_vec_dot(bond.y, eta);
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
+            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
+static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
+{
+    const pd_body *body = o->body;
+    double own[PD_DIM][PDI_SYM], carried[PDI_SYM];
+    pdi_ordinary_bond bond;
+    memset(own, 0, sizeof own);
+    memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+        pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
+        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
+        if (!o->desc.linear)
+            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+        for (int p = 0; p < PD_DIM; p++) {
+            for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
+            for (int q = 0; q < PD_DIM; q++)
+                block[p * PD_DIM + q] += (along - turn) * bond.y[p] * bond.y[q] + (p == q ? turn : 0.0);
+        }
+    }
+    for (int p = 0; p < PD_DIM; p++) {
+        pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, own[p], carried);
+        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_strain_dot(carried, own[q]);
+    }
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q <= p; q++) { /* the same bits on both sides */
+            double mean = 0.5 * body->volume[i] * (block[p * PD_DIM + q] + block[q * PD_DIM + p]);
+            block[p * PD_DIM + q] = mean;
+            block[q * PD_DIM + p] = mean;
+        }
+}
+
+static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) pdi_ordinary_block(o, i, block + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- energy and stress ---- */
+
+static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    pdi_sum all = {0.0, 0.0};
+    double q[PDI_SYM];
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q));
+    return pdi_sum_total(&all);
+}
+
+static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        pdi_ordinary_bond bond;
+        pdi_ordinary_state(o, linear, u, NULL, i, q);
+        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+            energy[b] = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
+            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+        }
+    }
+}
+
+/* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
+static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
+{
+    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
+    double none[PD_DIM] = {0.0}, swell = 1.0;
+    pdi_ordinary_bond bond;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, f) > PDI_ORDINARY_FLAT)) return 1.0;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        k[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) k[p] += y[p / PD_DIM * PD_DIM + d] * f[d * PD_DIM + p % PD_DIM];
+    }
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        f[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) f[p] += k[d * PD_DIM + p / PD_DIM] * k[d * PD_DIM + p % PD_DIM];
+    }
+    if (!pdi_vec_factor(PD_DIM, PD_DIM, none, f)) return 1.0;
+    for (int d = 0; d < PD_DIM; d++) swell *= f[d * PD_DIM + d];
+    return swell;
+}
+
+static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
+{
+    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    pdi_ordinary_bond bond;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+        double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
+    }
+}
+
+static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_ordinary_stress_of(o, u, i, stress + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- update and build ---- */
+
+/* Forces of the uniform stress e_b e_c + e_c e_b, as small displacements. */
+static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
+{
+    double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
+    for (int64_t i = 0; i < o->body->count; i++)
+        for (int p = 0; p < PD_DIM; p++) {
+            const double *x = o->body->position + i * PD_DIM;
+            u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
+        }
+    pdi_ordinary_run(ctx, o, 1, u, force);
+}
+
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
+static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
+{
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
+    for (int b = 0; b < PD_DIM; b++)
+        for (int c = 0; c <= b; c++) {
+            pdi_ordinary_probe(ctx, o, b, c, u, force);
+            for (int64_t i = 0; i < o->body->count; i++) {
+                o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+                if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+            }
+        }
+}
+
+/* Edges. */
+static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
+{
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    double *u = NULL, *force = NULL;
+    pd_status status = PDI_NEW(ctx, "ordinary", n, u);
+    if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
+    if (status == PD_OK) pdi_ordinary_edges(ctx, o, u, force);
+    PDI_DELETE(ctx, n, force);
+    PDI_DELETE(ctx, n, u);
+    return status;
+}
+
+/* Bound of all frequencies. */
+static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
+{
+    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
+    o->rate = 0.0;
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+}
+
+/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
+static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    *bad = -1;
+    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int good = pdi_ordinary_family(o, i);
+        if (good < 1) o->bound[i] = good;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
+    return PD_OK;
+}
+
+/* Points lose the bonds that tell no strain, or are the error. */
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+{
+    pd_body *body = o->body;
+    int32_t bad;
+    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    while (bad >= 0 && o->desc.loose) {
+        for (int32_t i = bad; i < body->count; i++)
+            if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
+        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    }
+    if (bad < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
+                    (double)pdi_body_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                    o->bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                        : "do not tell all strains: the body is too thin there for its horizon");
+}
+
+/* Points that have a part of E. */
+static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
+{
+    for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
+        double part = o->desc.stiff[i];
+        if (!(part >= 0.0) || !(part < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
+                            "at least 0", (int)i, part);
+        o->alpha[i] *= part;
+        o->bound[i] *= part;
+        for (int k = 0; k < PDI_STRAIN_PACK; k++) o->law[i * PDI_STRAIN_PACK + k] *= part;
+    }
+    return PD_OK;
+}
+
+/* Plane strain: there is none across. */
+static double pdi_ordinary_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    double trace = 0.0;
+    (void)i;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * (PD_DIM + 1)];
+    return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
+}
+
+static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
+{
+    pd_ordinary *o = (pd_ordinary *)self;
+    pdi_weigh weigh;
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_surfaces(ctx, o));
+    PDI_TRY(pdi_ordinary_soften(ctx, o));
+    pdi_ordinary_rates(ctx, o);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
+    return PD_OK;
+}
+
+static double pdi_ordinary_limit(const void *self, double density)
+{
+    return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
+}
+
+static pd_status pdi_ordinary_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, ((pd_ordinary *)self)->body, archive));
+    return archive->reading ? pdi_ordinary_update(ctx, self) : PD_OK;
+}
+
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
+{
+    pd_ordinary *ordinary = (pd_ordinary *)object;
+    int64_t count = ordinary->body ? ordinary->body->count : 0;
+    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
+    PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
+    PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
+}
+
+static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    int mends = desc->surface == PD_ORDINARY_ENERGY || desc->surface == PD_ORDINARY_VOLUME;
+    memset(o, 0, sizeof *o);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
+                        "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
+                        body->spacing, (int)PD_ORDINARY_VOLUME);
+    o->desc = *desc;
+    o->body = body;
+    o->mu = 0.5 * desc->young / (1.0 + nu);
+    o->lambda = desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
+    if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
+    PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    return pdi_ordinary_update(ctx, o);
+}
+
+pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary)
+{
+    pd_status status = pdi_ordinary_make(ctx, body, desc, ordinary);
+    if (status < 0) pd_ordinary_free(ctx, ordinary);
+    return status;
+}
+
+pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "ordinary";
+    s.self = ordinary;
+    s.body = ordinary->body;
+    s.edge = ordinary->edge;
+    s.linear = ordinary->desc.linear;
+    s.force = pdi_ordinary_force;
+    s.tangent = pdi_ordinary_tangent;
+    s.blocks = pdi_ordinary_blocks;
+    s.energy = pdi_ordinary_energy;
+    s.bond_energy = pdi_ordinary_bond_energy;
+    s.stress = pdi_ordinary_stress;
+    s.normal = pdi_ordinary_normal;
+    s.update = pdi_ordinary_update;
+    s.limit = pdi_ordinary_limit;
+    s.store = pdi_ordinary_store;
+    return s;
+}
+
+void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
+{
+    pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
+    memset(ordinary, 0, sizeof *ordinary);
+}
+
+#undef PDI_ORDINARY_FLAT
+#undef PDI_ORDINARY_SQUARINGS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>solid/finite_law.c ======== */
+/* finite_law: see finite_law.h */
+#include <math.h>
+#include <string.h>
+
+/* Rounding of a stress that is to be zero, over the modulus and the strain. */
+#define PDI_FINITE_LAW_ROUNDING 1e-15
+/* Steps of Newton's method, which take a few. */
+#define PDI_FINITE_LAW_STEPS 60
+/* Sweeps of Jacobi's rotations, which take up to six, and what they leave of a tensor. */
+#define PDI_FINITE_LAW_SWEEPS 30
+#define PDI_FINITE_LAW_LEFT 1e-17
+/* Principal values that differ by less than this share: a series is more exact than the quotient. */
+#define PDI_FINITE_LAW_NEAR 1e-5
+
+/* A place in principal logarithmic strains. */
+typedef struct pdi_finite_spectrum {
+    double cofactor[PDI_TENSOR]; /* of F */
+    double det;                  /* of F */
+    double axis[PDI_TENSOR];     /* columns: principal directions of b = F G F^T */
+    double square[PD_DIM];       /* of b */
+    double strain[3];            /* of the trial, with the directions beyond PD_DIM */
+    double stress[3];            /* [Pa] Kirchhoff */
+    double moduli[9];            /* [Pa] d stress/d strain; free directions condensed */
+    double slope;                /* [Pa] deviatoric stress over deviatoric strain */
+    double flow;                 /* growth of the equivalent plastic strain */
+} pdi_finite_spectrum;
+
+/* ---- moduli ---- */
+
+PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_finite_moduli *m)
+{
+    double nu = law->poisson;
+    memset(m, 0, sizeof *m);
+    m->law = *law;
+    m->free = PD_DIM == 1 ? 2 : PD_DIM == 2 && law->plane == PD_PLANE_STRESS;
+    if (!(law->young > 0.0) || !(law->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young,
+                        nu);
+    if (law->kind == PD_FINITE_NEO_HOOKEAN && m->free && nu < 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "nu = %g, expected one from 0 for a neo-Hookean material in "
+                        "plane stress or 1D", nu);
+    m->mu = 0.5 * law->young / (1.0 + nu);
+    m->lambda = law->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (law->kind != PD_FINITE_J2) return PD_OK;
+    if (!(law->yield > 0.0) || !(law->yield < 1e100) || !(law->hardening >= 0.0) || !(law->hardening < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "yield stress %g Pa and hardening %g Pa, expected a positive "
+                        "stress and no softening", law->yield, law->hardening);
+    int saturates = !(fabs(law->saturation) <= 0.0), rates = law->rate > 0.0 && law->rate < 1e100;
+    if (saturates && (!rates || !(law->saturation >= law->yield) || !(law->saturation < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa at the rate %g, expected at least the yield "
+                        "stress of %g Pa and a positive rate", law->saturation, law->rate, law->yield);
+    return PD_OK;
+}
+
+PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m)
+{
+    return m->lambda * 2.0 * m->mu / (2.0 * m->mu + m->free * m->lambda);
+}
+
+/* Yield stress at the equivalent plastic strain a, its slope, and its integral from 0 [Pa]. */
+static double pdi_finite_law_yield(const pd_finite_law *law, double a, double *slope, double *work)
+{
+    double more = law->saturation > 0.0 ? law->saturation - law->yield : 0.0;
+    double gone = more > 0.0 ? -expm1(-law->rate * a) : 0.0;
+    *slope = law->hardening + more * law->rate * (1.0 - gone);
+    *work = (law->yield + 0.5 * law->hardening * a) * a + (more > 0.0 ? more * (a - gone / law->rate) : 0.0);
+    return law->yield + law->hardening * a + more * gone;
+}
+
+/* ---- neo-Hookean ---- */
+
+/* ln of the stretch of free directions: mu (t^2 - 1) + lambda ln J = 0 with J = det t^free. The left side is convex and
+ * ascends. */
+static double pdi_finite_law_across(const pdi_finite_moduli *m, double log_det)
+{
+    double y = m->free ? -m->lambda * log_det / (2.0 * m->mu + m->free * m->lambda) : 0.0;
+    for (int k = 0; m->free && k < PDI_FINITE_LAW_STEPS; k++) {
+        double rest = m->mu * expm1(2.0 * y) + m->lambda * (log_det + m->free * y);
+        if (!(fabs(rest) > PDI_FINITE_LAW_ROUNDING * m->lambda * fabs(log_det))) break;
+        y -= rest / (2.0 * m->mu * exp(2.0 * y) + m->free * m->lambda);
+    }
+    return y;
+}
+
+/* Stress, or its derivative along df. */
+static int pdi_finite_law_neo(const pdi_finite_moduli *m, const double *f, const double *df, double *p)
+{
+    double turned[PDI_TENSOR], part[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
+    for (int k = 0; k < PDI_TENSOR; k++) turned[k] /= det;
+    double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+    double pull = m->lambda * (log_det + m->free * y) - m->mu;
+    if (!df) {
+        for (int k = 0; k < PDI_TENSOR; k++) p[k] = m->mu * f[k] + pull * turned[k];
+        return 1;
+    }
+    double soft = 2.0 * m->mu * exp(2.0 * y), lambda = m->lambda * soft / (soft + m->free * m->lambda);
+    double trace = pdi_tensor_pair(turned, df);
+    pdi_tensor_product_right(turned, df, part);
+    pdi_tensor_product(part, turned, p);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = m->mu * df[k] - pull * p[k] + lambda * trace * turned[k];
+    return 1;
+}
+
+static double pdi_finite_law_neo_energy(const pdi_finite_moduli *m, const double *f)
+{
+    double turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return HUGE_VAL;
+    double y = pdi_finite_law_across(m, log(det)), log_j = log(det) + m->free * y;
+    double first = pdi_tensor_pair(f, f) + (3 - PD_DIM) * exp(2.0 * y);
+    return 0.5 * m->mu * (first - 3.0 - 2.0 * log_j) + 0.5 * m->lambda * log_j * log_j;
+}
+
+/* ---- principal logarithmic strains ---- */
+
+/* One of Jacobi's rotations: b_pq becomes zero. */
+static void pdi_finite_law_rotate(double *b, double *axis, int p, int q)
+{
+    double across = b[p * PD_DIM + q];
+    if (!(fabs(across) > 0.0)) return;
+    double half = 0.5 * (b[q * PD_DIM + q] - b[p * PD_DIM + p]) / across;
+    double t = (half < 0.0 ? -1.0 : 1.0) / (fabs(half) + sqrt(half * half + 1.0));
+    double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+    for (int k = 0; k < PD_DIM; k++) {
+        double x = b[k * PD_DIM + p], y = b[k * PD_DIM + q];
+        b[k * PD_DIM + p] = c * x - s * y;
+        b[k * PD_DIM + q] = s * x + c * y;
+    }
+    for (int k = 0; k < PD_DIM; k++) {
+        double x = b[p * PD_DIM + k], y = b[q * PD_DIM + k];
+        b[p * PD_DIM + k] = c * x - s * y;
+        b[q * PD_DIM + k] = s * x + c * y;
+        x = axis[k * PD_DIM + p];
+        y = axis[k * PD_DIM + q];
+        axis[k * PD_DIM + p] = c * x - s * y;
+        axis[k * PD_DIM + q] = s * x + c * y;
+    }
+}
+
+/* Principal values of b, on its diagonal then, and directions as columns of axis. */
+static void pdi_finite_law_axes(double *b, double *axis)
+{
+    for (int k = 0; k < PDI_TENSOR; k++) axis[k] = k % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
+    for (int sweep = 0; sweep < PDI_FINITE_LAW_SWEEPS; sweep++) {
+        double off = 0.0, trace = 0.0;
+        for (int p = 0; p < PD_DIM; p++) {
+            trace += b[p * PD_DIM + p];
+            for (int q = p + 1; q < PD_DIM; q++) off = fmax(off, fabs(b[p * PD_DIM + q]));
+        }
+        if (!(off > PDI_FINITE_LAW_LEFT * trace)) return;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = p + 1; q < PD_DIM; q++) pdi_finite_law_rotate(b, axis, p, q);
+    }
+}
+
+/* b = F G F^T. */
+static void pdi_finite_law_square(const double *f, const double *state, double *b)
+{
+    double g[PDI_TENSOR], part[PDI_TENSOR], more[PDI_TENSOR];
+    pdi_tensor_product_right(f, f, b);
+    if (!state) return;
+    for (int p = 0, k = 0; p < PD_DIM; p++)
+        for (int q = p; q < PD_DIM; q++, k++) {
+            g[p * PD_DIM + q] = state[k];
+            g[q * PD_DIM + p] = state[k];
+        }
+    pdi_tensor_product(f, g, part);
+    pdi_tensor_product_right(part, f, more);
+    for (int k = 0; k < PDI_TENSOR; k++) b[k] += more[k];
+}
+
+/* Growth of the equivalent plastic strain that brings the equivalent stress down to the yield stress. The rest is
+ * convex and descends: from 0 Newton's method comes from one side. */
+static double pdi_finite_law_flow(const pdi_finite_moduli *m, double equivalent, double before)
+{
+    double flow = 0.0, slope, work;
+    for (int k = 0; k < PDI_FINITE_LAW_STEPS; k++) {
+        double rest = equivalent - 3.0 * m->mu * flow - pdi_finite_law_yield(&m->law, before + flow, &slope, &work);
+        if (!(rest > PDI_FINITE_LAW_ROUNDING * equivalent)) break;
+        flow += rest / (3.0 * m->mu + slope);
+    }
+    return flow;
+}
+
+/* Stress and moduli of the trial strains: the radial return. */
+static void pdi_finite_law_return(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
+{
+    double trace = s->strain[0] + s->strain[1] + s->strain[2], dev[3], size = 0.0, bend = 0.0, slope, work;
+    double bulk = m->lambda + 2.0 * m->mu / 3.0;
+    for (int a = 0; a < 3; a++) {
+        dev[a] = s->strain[a] - trace / 3.0;
+        size += dev[a] * dev[a];
+    }
+    size = sqrt(size);
+    s->slope = 2.0 * m->mu;
+    s->flow = 0.0;
+    double equivalent = sqrt(1.5) * 2.0 * m->mu * size;
+    if (m->law.kind == PD_FINITE_J2 && equivalent > pdi_finite_law_yield(&m->law, before, &slope, &work)) {
+        s->flow = pdi_finite_law_flow(m, equivalent, before);
+        pdi_finite_law_yield(&m->law, before + s->flow, &slope, &work);
+        s->slope *= 1.0 - 3.0 * m->mu * s->flow / equivalent;
+        bend = 6.0 * m->mu * m->mu * (1.0 / (3.0 * m->mu + slope) - s->flow / equivalent) / (size * size);
+    }
+    for (int a = 0; a < 3; a++) {
+        s->stress[a] = bulk * trace + s->slope * dev[a];
+        for (int b = 0; b < 3; b++)
+            s->moduli[a * 3 + b] = bulk + s->slope * ((a == b) - 1.0 / 3.0) - bend * dev[a] * dev[b];
+    }
+}
+
+/* The strain of free directions that leaves them without stress, which ascends with it; moduli without them. */
+static void pdi_finite_law_release(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
+{
+    double given = 0.0, low = -HUGE_VAL, high = HUGE_VAL, slope = 1.0;
+    for (int a = 0; a < 3 - m->free; a++) given += s->strain[a];
+    double y = -m->lambda * given / (m->free * m->lambda + 2.0 * m->mu);
+    for (int k = 0; k < PDI_FINITE_LAW_STEPS; k++) {
+        for (int a = 3 - m->free; a < 3; a++) s->strain[a] = y;
+        pdi_finite_law_return(m, before, s);
+        slope = s->moduli[8] + (m->free == 2 ? s->moduli[7] : 0.0);
+        double size = m->mu * (fabs(s->strain[0]) + fabs(s->strain[1]) + fabs(y));
+        if (!(fabs(s->stress[2]) > PDI_FINITE_LAW_ROUNDING * size)) break;
+        if (s->stress[2] < 0.0) low = y;
+        else high = y;
+        y -= s->stress[2] / slope;
+        if (!(y > low) || !(y < high)) y = 0.5 * (low + high);
+    }
+    double out[3] = {s->moduli[2], s->moduli[5], s->moduli[8]};
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) s->moduli[a * 3 + b] -= m->free * out[a] * out[b] / slope;
+}
+
+/* 0: F turns the place inside out. */
+static int pdi_finite_law_spectrum(const pdi_finite_moduli *m, const double *f, const double *state,
+                                   pdi_finite_spectrum *s)
+{
+    double b[PDI_TENSOR], before = state ? state[PDI_FINITE_STATE - 1] : 0.0;
+    s->det = pdi_tensor_cofactor(f, s->cofactor);
+    if (!(s->det > 0.0) || !(s->det < HUGE_VAL)) return 0;
+    pdi_finite_law_square(f, state, b);
+    pdi_finite_law_axes(b, s->axis);
+    for (int a = 0; a < 3; a++) s->strain[a] = PD_DIM == 2 && state ? 0.5 * log1p(state[PDI_SYM]) : 0.0;
+    for (int a = 0; a < PD_DIM; a++) {
+        s->square[a] = b[a * PD_DIM + a];
+        if (!(s->square[a] > 0.0)) return 0;
+        s->strain[a] = 0.5 * log(s->square[a]);
+    }
+    if (m->free) pdi_finite_law_release(m, before, s);
+    else pdi_finite_law_return(m, before, s);
+    return 1;
+}
+
+/* out = axis hat axis^T. */
+static void pdi_finite_law_turn(const pdi_finite_spectrum *s, const double *hat, double *out)
+{
+    double part[PDI_TENSOR];
+    pdi_tensor_product(s->axis, hat, part);
+    pdi_tensor_product_right(part, s->axis, out);
+}
+
+/* out = a F^-T. */
+static void pdi_finite_law_pull_back(const pdi_finite_spectrum *s, const double *a, double *out)
+{
+    pdi_tensor_product(a, s->cofactor, out);
+    for (int k = 0; k < PDI_TENSOR; k++) out[k] /= s->det;
+}
+
+static void pdi_finite_law_kirchhoff(const pdi_finite_spectrum *s, double *tau)
+{
+    double hat[PDI_TENSOR] = {0.0};
+    for (int a = 0; a < PD_DIM; a++) hat[a * PD_DIM + a] = s->stress[a];
+    pdi_finite_law_turn(s, hat, tau);
+}
+
+/* (e_a - e_b)/(b_a - b_b) of principal values. */
+static double pdi_finite_law_quotient(double a, double b)
+{
+    double x = (a - b) / b;
+    if (fabs(x) < PDI_FINITE_LAW_NEAR) return 0.5 * (1.0 - x / 2.0 + x * x / 3.0) / b;
+    return 0.5 * log1p(x) / (x * b);
+}
+
+/* Derivative of tau F^-T: (d tau - tau L^T) F^-T with L = dF F^-1, in principal directions. */
+static void pdi_finite_law_spectral(const pdi_finite_spectrum *s, const double *df, double *dp)
+{
+    double l[PDI_TENSOR], part[PDI_TENSOR], hat[PDI_TENSOR];
+    pdi_tensor_product_right(df, s->cofactor, l);
+    for (int k = 0; k < PDI_TENSOR; k++) l[k] /= s->det;
+    pdi_tensor_product_left(s->axis, l, part);
+    pdi_tensor_product(part, s->axis, l);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double change = 0.0;
+            if (a == b)
+                for (int c = 0; c < PD_DIM; c++) change += s->moduli[a * 3 + c] * l[c * PD_DIM + c];
+            else
+                change = s->slope * pdi_finite_law_quotient(s->square[a > b ? a : b], s->square[a > b ? b : a]) *
+                         (l[a * PD_DIM + b] * s->square[b] + s->square[a] * l[b * PD_DIM + a]);
+            hat[a * PD_DIM + b] = change - s->stress[a] * l[b * PD_DIM + a];
+        }
+    pdi_finite_law_turn(s, hat, part);
+    pdi_finite_law_pull_back(s, part, dp);
+}
+
+/* ---- any of them ---- */
+
+PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p)
+{
+    pdi_finite_spectrum s;
+    double tau[PDI_TENSOR];
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_finite_law_neo(m, f, NULL, p);
+    if (!pdi_finite_law_spectrum(m, f, state, &s)) return 0;
+    pdi_finite_law_kirchhoff(&s, tau);
+    pdi_finite_law_pull_back(&s, tau, p);
+    return 1;
+}
+
+PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
+                                   double *dp)
+{
+    pdi_finite_spectrum s;
+    int good = m->law.kind == PD_FINITE_NEO_HOOKEAN ? pdi_finite_law_neo(m, f, df, dp)
+                                                    : pdi_finite_law_spectrum(m, f, state, &s);
+    if (good && m->law.kind != PD_FINITE_NEO_HOOKEAN) pdi_finite_law_spectral(&s, df, dp);
+    for (int k = 0; k < PDI_TENSOR && !good; k++) dp[k] = 0.0;
+}
+
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli)
+{
+    pdi_finite_spectrum s;
+    int neo = m->law.kind == PD_FINITE_NEO_HOOKEAN, good = neo || pdi_finite_law_spectrum(m, f, state, &s);
+    for (int row = 0, k = 0; row < PDI_TENSOR; row++) {
+        double df[PDI_TENSOR] = {0.0}, dp[PDI_TENSOR] = {0.0};
+        df[row] = 1.0;
+        if (neo) pdi_finite_law_neo(m, f, df, dp);
+        else if (good) pdi_finite_law_spectral(&s, df, dp);
+        for (int q = row; q < PDI_TENSOR; q++) moduli[k++] = dp[q];
+    }
+}
+
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across)
+{
+    pdi_finite_spectrum s;
+    double p[PDI_TENSOR], turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) {
+        pdi_finite_law_neo(m, f, NULL, p);
+        pdi_tensor_product_right(p, f, stress);
+        double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+        det *= exp(m->free * y);
+        *across = m->mu * expm1(2.0 * y) + m->lambda * (log_det + m->free * y);
+    } else {
+        if (!pdi_finite_law_spectrum(m, f, state, &s)) return 0;
+        pdi_finite_law_kirchhoff(&s, stress);
+        *across = s.stress[2];
+        if (m->free) det *= exp(m->free * (s.strain[2] - (state ? 0.5 * log1p(state[PDI_FINITE_STATE - 2]) : 0.0)));
+    }
+    for (int k = 0; k < PDI_TENSOR; k++) stress[k] /= det;
+    *across /= det;
+    return 1;
+}
+
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows)
+{
+    pdi_finite_spectrum s;
+    double bulk = m->lambda + 2.0 * m->mu / 3.0, trace = 0.0, size = 0.0, slope, work = 0.0;
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_finite_law_neo_energy(m, f);
+    if (!pdi_finite_law_spectrum(m, f, state, &s)) return HUGE_VAL;
+    for (int a = 0; a < 3; a++) trace += s.strain[a];
+    for (int a = 0; a < 3; a++) size += pow(s.slope * (s.strain[a] - trace / 3.0), 2.0);
+    if (flows && m->law.kind == PD_FINITE_J2)
+        pdi_finite_law_yield(&m->law, (state ? state[PDI_FINITE_STATE - 1] : 0.0) + s.flow, &slope, &work);
+    return 0.5 * bulk * trace * trace + 0.25 * size / m->mu + work;
+}
+
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state)
+{
+    pdi_finite_spectrum s;
+    double hat[PDI_TENSOR] = {0.0}, b[PDI_TENSOR], part[PDI_TENSOR], g[PDI_TENSOR], left[3];
+    double *slip = state + PDI_FINITE_STATE - 1, slope, before, after;
+    if (!pdi_finite_law_spectrum(m, f, state, &s) || !(s.flow > 0.0)) return 0.0;
+    double trace = s.strain[0] + s.strain[1] + s.strain[2];
+    for (int a = 0; a < 3; a++)
+        left[a] = trace / 3.0 + 0.5 * s.slope / m->mu * (s.strain[a] - trace / 3.0);
+    for (int a = 0; a < PD_DIM; a++) hat[a * PD_DIM + a] = exp(2.0 * left[a]);
+    pdi_finite_law_turn(&s, hat, b);
+    pdi_finite_law_pull_back(&s, b, part);
+    pdi_tensor_product_left(s.cofactor, part, g); /* F^-1 b F^-T = (cofactor^T/det) b F^-T */
+    for (int p = 0, k = 0; p < PD_DIM; p++)
+        for (int q = p; q < PD_DIM; q++)
+            state[k++] = 0.5 * (g[p * PD_DIM + q] + g[q * PD_DIM + p]) / s.det - (p == q ? 1.0 : 0.0);
+    if (PD_DIM < 3) {
+        double across = (1.0 + state[PDI_FINITE_STATE - 2]) * exp(2.0 * (left[2] - s.strain[2]));
+        state[PDI_FINITE_STATE - 2] = across - 1.0;
+    }
+    pdi_finite_law_yield(&m->law, *slip, &slope, &before);
+    *slip += s.flow;
+    pdi_finite_law_yield(&m->law, *slip, &slope, &after);
+    return after - before;
+}
+
+#undef PDI_FINITE_LAW_ROUNDING
+#undef PDI_FINITE_LAW_STEPS
+#undef PDI_FINITE_LAW_SWEEPS
+#undef PDI_FINITE_LAW_LEFT
+#undef PDI_FINITE_LAW_NEAR
+
+/* ======== >>solid/finite.c ======== */
+/* finite: see finite.h */
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_FINITE_FLAT 1e-6
+/* Scalar operations of a bond, to decide on threads. */
+#define PDI_FINITE_WORK 300
+
+/* A bond of a family. */
+typedef struct pdi_finite_bond {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double weight;     /* [m^d] w V_j */
+} pdi_finite_bond;
+
+static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
+
+/* Bond b of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+{
+    bond->weight = (double)f->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
+    bond->weight *= f->body->volume[f->body->column[b]];
+    return 1;
+}
+
+static double pdi_finite_stiff(const pd_finite *f, int32_t i) { return f->desc.stiff ? f->desc.stiff[i] : 1.0; }
+
+static double *pdi_finite_state(const pd_finite *f, int64_t site)
+{
+    return f->desc.law.kind == PD_FINITE_J2 ? f->state + site * PDI_FINITE_STATE : NULL;
+}
+
+/* The moduli of the law, which build has checked. */
+static pdi_finite_moduli pdi_finite_law_of(const pd_finite *f)
+{
+    pdi_finite_moduli m;
+    pd_ctx none;
+    pd_ctx_init(&none);
+    pdi_finite_law_make(&none, &f->desc.law, &m);
+    return m;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
+{
+    pd_finite *finite = (pd_finite *)object;
+    int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
+    int64_t sites = pdi_finite_own(finite) ? bonds : count;
+    PDI_ARRAY(owner, finite, weight, bonds, "1");
+    PDI_ARRAY(owner, finite, back, bonds, "1");
+    PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, finite, total, count, "m^d");
+    PDI_ARRAY(owner, finite, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, finite, u, count * PD_DIM, "m");
+    PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
+    PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
+    PDI_ARRAY(owner, finite, work, count, "");
+    if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
+    PDI_VALUE(owner, finite, cost, "J");
+    if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_FINITE_MODULI, "Pa");
+    if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
+}
+
+/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
+static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+{
+    const pd_body *body = f->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        int32_t j = body->column[b];
+        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
+        pdi_body_bond(body, i, b, xi);
+        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
+    }
+}
+
+/* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
+static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
+{
+    double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
+    double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        total += bond.weight;
+        for (int p = 0; p < PDI_TENSOR; p++) {
+            double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            k[p] += square * scale;
+            mean[p] += square * bond.over;
+        }
+    }
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) k[p] /= total;
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) mean[p] /= total;
+    int spans = total > 0.0 && pdi_vec_invert(k, shape) > PDI_FINITE_FLAT;
+    for (int p = 0; p < PDI_TENSOR; p++) shape[p] = spans ? shape[p] * scale / total : 0.0;
+    f->total[i] = spans ? total : 0.0;
+}
+
+/* The pull on bonds of a stress P is P g: g of the family of point i. */
+static void pdi_finite_shares(const pd_finite *f, int32_t i)
+{
+    double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    pdi_finite_family(f, i, mean);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!open) continue;
+        pdi_tensor_times(shape, bond.xi, at);
+        pdi_tensor_times(mean, at, back);
+        for (int d = 0; d < PD_DIM; d++)
+            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
+                                                                : at[d]);
+    }
+}
+
+/* Forces of the pulls of all families on point i. */
+static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
+{
+    const pd_body *body = f->body;
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    }
+}
+
+static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double *force)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 10);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
+}
+
+/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+ * none. */
+static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bonds(f, i);
+        pdi_finite_shares(f, i);
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pd_body *body = f->body;
+    f->known = 0;
+    for (int32_t i = 0; i < body->count; i++)
+        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
+                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+    int32_t flat = pdi_finite_families(ctx, f);
+    while (flat >= 0 && f->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(f->total[i] > 0.0)) f->lost += pdi_body_release(f->body, i);
+        flat = pdi_finite_families(ctx, f);
+    }
+    if (flat >= 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, f->edge);
+    return PD_OK;
+}
+
+/* Stiffness of the springs of Silling: a bond-based solid of the same bulk modulus K has the micro-modulus
+ * c = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4)  in 1D, 2D, 3D, here over the horizon d. */
+static double pdi_finite_spring(const pd_finite *f)
+{
+    static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
+    if (f->desc.control != PD_FINITE_SILLING) return 0.0;
+    return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
+}
+
+static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pdi_finite_moduli moduli;
+    memset(f, 0, sizeof *f);
+    PDI_TRY(pdi_finite_law_make(ctx, &desc->law, &moduli));
+    if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+                        (int)desc->control, (int)desc->law.kind);
+    if (desc->control == PD_FINITE_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
+    f->desc = *desc;
+    f->body = body;
+    f->lambda = pdi_finite_law_lambda(&moduli);
+    f->mu = moduli.mu;
+    f->spring = pdi_finite_spring(f);
+    PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    return pdi_finite_update(ctx, f);
+}
+
+pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pd_status status = pdi_finite_make(ctx, body, desc, f);
+    if (status < 0) pd_finite_free(ctx, f);
+    return status;
+}
+
+void pd_finite_free(pd_ctx *ctx, pd_finite *f)
+{
+    pdi_owner_free(ctx, pdi_finite_list, f);
+    memset(f, 0, sizeof *f);
+}
+
+/* ---- gradients ---- */
+
+/* Displacement of the other end of bond b less that of point i [m]. */
+static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* H = F - 1 of point i. */
+static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, double *h)
+{
+    double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
+    pdi_finite_bond bond;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_eta(f, u, i, b, eta);
+        for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
+    }
+    pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
+}
+
+/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                    const pdi_finite_bond *bond, double *z)
+{
+    double along[PD_DIM];
+    pdi_finite_eta(f, u, i, b, z);
+    pdi_tensor_times(h, bond->xi, along);
+    for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
+}
+
+/* The gradient of that bond alone: h + z xi^T/r^2. */
+static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                            const pdi_finite_bond *bond, double *own)
+{
+    double z[PD_DIM];
+    pdi_finite_stray(f, u, h, i, b, bond, z);
+    for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
+}
+
+static inline void pdi_finite_add_one(const double *h, double *f)
+{
+    for (int p = 0; p < PDI_TENSOR; p++) f[p] = h[p] + (p % (PD_DIM + 1) == 0 ? 1.0 : 0.0);
+}
+
+/* ---- forces and their derivative ---- */
+
+/* Derivative p of the stress of a site with the gradient f along df. */
+static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *m, int64_t site, const double *full,
+                                   const double *df, double *p)
+{
+    if (!f->desc.keep) {
+        pdi_finite_law_tangent(m, full, pdi_finite_state(f, site), df, p);
+        return;
+    }
+    double *kept = f->moduli + site * PDI_FINITE_MODULI;
+    if (!f->known) pdi_finite_law_moduli(m, full, pdi_finite_state(f, site), kept);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = 0.0;
+    for (int row = 0; row < PDI_TENSOR; row++) {
+        double sum = *kept++ * df[row];
+        for (int q = row + 1; q < PDI_TENSOR; q++) {
+            sum += *kept * df[q];
+            p[q] += *kept++ * df[row];
+        }
+        p[row] += sum;
+    }
+}
+
+/* Pulls of the family of point i on its bonds, at the displacements f->u; along du unless it is NULL. 0: a bond is
+ * turned inside out. */
+static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], change[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR];
+    double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
+    pdi_finite_bond bond;
+    if (du) pdi_finite_gradient(f, du, i, dh);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        pdi_finite_add_one(part, full);
+        if (du) {
+            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
+            pdi_finite_site(f, m, b, full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            return 0;
+        }
+        pdi_tensor_times(p, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = along[d] * bond.over / f->total[i];
+        bond.weight /= f->total[i];
+        for (int k = 0; k < PDI_TENSOR; k++)
+            moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
+    }
+    pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++)
+            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+    }
+    return 1;
+}
+
+/* The same with the gradient of the family for all of its bonds. */
+static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR, *u = du ? du : f->u;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR], along[PD_DIM], z[PD_DIM];
+    pdi_finite_bond bond;
+    pdi_finite_add_one(h, full);
+    if (du) {
+        pdi_finite_gradient(f, du, i, dh);
+        pdi_finite_site(f, m, i, full, dh, p);
+    } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, i), p)) {
+        return 0;
+    }
+    pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
+    }
+    return 1;
+}
+
+/* All of them. Returns a point with a bond that is turned inside out, or -1. */
+static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const double *du)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!du) pdi_finite_gradient(f, f->u, i, f->gradient + (int64_t)i * PDI_TENSOR);
+        int good = pdi_finite_own(f) ? pdi_finite_pull_own(f, &m, du, i) : pdi_finite_pull_plain(f, &m, du, i);
+        f->work[i] = good ? 0.0 : 1.0;
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (f->work[i] > 0.0) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_finite *f = (pd_finite *)self;
+    f->known = 0;
+    memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
+    int32_t folded = pdi_finite_pulls(ctx, f, NULL);
+    if (folded >= 0)
+        return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
+                        f->body->position[(int64_t)folded * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, force);
+    return PD_OK;
+}
+
+static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_finite_pulls(ctx, f, du);
+    f->known = 1;
+    pdi_finite_gather_all(ctx, f, df);
+}
+
+/* Adds share (mu g^2 1 + (lambda + mu) g g^T) to a block. */
+static void pdi_finite_add_block(const pd_finite *f, double share, const double *g, double *block)
+{
+    double square = pdi_tensor_dot(g, g);
+    for (int k = 0; k < PDI_TENSOR; k++)
+        block[k] += share * ((k % (PD_DIM + 1) == 0 ? f->mu * square : 0.0) +
+                             (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
+}
+
+/* Those of small strains. */
+static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_stiff(f, i);
+        double at[PD_DIM], all[PD_DIM] = {0.0};
+        pdi_finite_bond bond;
+        for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            double volumes = body->volume[i] * bond.weight;
+            if (pdi_finite_own(f)) {
+                double share = here / f->total[i] + there / f->total[j];
+                pdi_finite_add_block(f, volumes * bond.over * bond.over * share, bond.xi, a);
+                continue;
+            }
+            for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
+            pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
+            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
+        }
+        pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
+        pdi_finite_add_block(f, here * body->volume[i], at, a);
+    }
+}
+
+/* ---- energy, stress, state ---- */
+
+/* Energy [Pa] of point i at u. */
+static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_add_one(part, full);
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+        } else {
+            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
+        }
+    }
+    pdi_finite_add_one(h, full);
+    if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i), 0);
+    return sum * pdi_finite_stiff(f, i);
+}
+
+static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    pdi_sum all = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) f->work[i] = pdi_finite_point_energy(f, &m, u, i);
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!(f->work[i] < HUGE_VAL)) return HUGE_VAL;
+        pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    }
+    return pdi_sum_total(&all);
+}
+
+/* Mean Cauchy stress of the bonds of point i, or, where that is NULL, what has yielded stays and costs f->work. */
+static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i, double *stress)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
+    double single = 1.0, normal, all = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        int64_t site = pdi_finite_own(f) ? b : i;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        memcpy(part, h, sizeof part);
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            single = bond.weight / f->total[i];
+        }
+        pdi_finite_add_one(part, full);
+        if (!stress) {
+            all += single * pdi_finite_law_commit(m, full, pdi_finite_state(f, site));
+        } else if (pdi_finite_law_cauchy(m, full, pdi_finite_state(f, site), part, &normal)) {
+            for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
+            all += single * normal;
+        }
+        if (!pdi_finite_own(f)) break;
+    }
+    for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiff(f, i);
+    if (!stress) f->work[i] = all * pdi_finite_stiff(f, i);
+    else if (f->across) f->across[i] = all * pdi_finite_stiff(f, i);
+}
+
+static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++)
+        pdi_finite_visit(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
+}
+
+static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pdi_finite_visit_all(ctx, (const pd_finite *)self, u, stress);
+}
+
+static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_sum all = {f->cost, 0.0};
+    pdi_finite_visit_all(ctx, f, u, NULL);
+    for (int32_t i = 0; i < f->body->count; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    f->cost = pdi_sum_total(&all);
+    f->known = 0;
+    return PD_OK;
+}
+
+static double pdi_finite_normal(const void *self, int32_t i, const double *stress)
+{
+    (void)stress;
+    return ((const pd_finite *)self)->across[i];
+}
+
+static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
+
+static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_finite *f = (pd_finite *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_finite_list, f, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, f->body, archive));
+    return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
+}
+
+void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
+{
+    (void)ctx;
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bond bond;
+        double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
+        strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
+        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
+            if (pdi_finite_open(f, i, b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+    }
+}
+
+/* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
+ * plain correspondence of K^-1. */
+static double pdi_finite_steep(const pd_finite *f, int32_t i)
+{
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
+    pdi_finite_bond bond;
+    if (!(f->total[i] > 0.0)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
+        if (pdi_finite_open(f, i, b, &bond))
+            for (int k = 0; k < PDI_TENSOR; k++)
+                across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
+    pdi_tensor_product(across, shape, power);
+    for (int d = 0; d < PD_DIM; d++) size = fmax(size, shape[d * (PD_DIM + 1)]);
+    for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
+    for (int round = 0; round < 3; round++) {
+        pdi_tensor_product(power, power, square);
+        memcpy(power, square, sizeof power);
+    }
+    for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
+    return size * pow(fmax(trace, 0.0), 0.125);
+}
+
+/* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
+ * its other end would, with the largest modulus M (theory: eq. 8.24). */
+static double pdi_finite_limit(const void *self, double density)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    double modulus = fmax(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_steep(f, i);
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_finite_bond bond;
+        double sum = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            for (int end = 0; end < 2; end++) {
+                int32_t k = end ? body->column[b] : i;
+                double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
+                                                : fmax(f->work[k], f->spring);
+                sum += bond.weight * pdi_finite_stiff(f, k) * size;
+            }
+        }
+        stiffest = fmax(stiffest, sum);
+    }
+    return sqrt(2.0 * density / stiffest);
+}
+
+pd_solid pd_finite_solid(pd_finite *f)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "finite";
+    s.self = f;
+    s.body = f->body;
+    s.edge = f->edge;
+    s.force = pdi_finite_force;
+    s.tangent = pdi_finite_tangent;
+    s.blocks = pdi_finite_blocks;
+    s.energy = pdi_finite_energy;
+    s.stress = pdi_finite_stress;
+    s.update = pdi_finite_update;
+    if (PD_DIM == 2) s.normal = pdi_finite_normal;
+    if (f->desc.law.kind == PD_FINITE_J2) {
+        s.dissipated = pdi_finite_dissipated;
+        s.commit = pdi_finite_commit;
+    }
+    s.limit = pdi_finite_limit;
+    s.store = pdi_finite_store;
+    return s;
+}
+
+#undef PDI_FINITE_FLAT
+#undef PDI_FINITE_WORK
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>solid/bone.c ======== */
+/* bone: see bone.h */
+#include <math.h>
+
+double pd_bone_modulus(pd_bone_site site, double density)
+{
+    /* [Pa] at 1 g/cm3, and the power */
+    static const double laws[6][2] = {{4730e6, 1.56}, {15520e6, 1.93}, {15010e6, 2.18}, {6850e6, 1.49}, {8920e6, 1.83},
+                                      {3790e6, 3.0}};
+    int k = (int)site;
+    if (k < 0 || k > 5 || !(density > 0.0) || !(density < 1e100)) return NAN;
+    double rate = site == PD_BONE_CARTER_HAYES ? pow(0.01, 0.06) : 1.0;
+    return laws[k][0] * rate * pow(density * 1e-3, laws[k][1]);
+}
+
+double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
+{
+    static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0};
+    double bulk = young;
+    if (!(young > 0.0) || !(poisson > -1.0) || !(poisson < 0.5) || !(fracture >= 0.0) || !(horizon > 0.0)) return NAN;
+    if (PD_DIM == 2) bulk = 0.5 * young / (plane == PD_PLANE_STRESS ? 1.0 - poisson
+                                                                    : (1.0 + poisson) * (1.0 - 2.0 * poisson));
+    if (PD_DIM == 3) bulk = young / (3.0 * (1.0 - 2.0 * poisson));
+    return sqrt(share[PD_DIM - 1] * fracture / (bulk * horizon));
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -29786,6 +33851,17 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>couple/structure.c ======== */
 /* structure: see structure.h */
@@ -29885,7 +33961,7 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     rest.held = s->held;
     rest.load = desc->load;
     rest.user = desc->user;
-    rest.stretch = desc->stretch;
+    rest.criterion.critical = desc->stretch;
     rest.eager = -1.0;
     rest.rtol = desc->rtol;
     pd_solid solid = pd_elastic_solid(&s->elastic);
@@ -29910,25 +33986,6 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* Mean of the normal stresses and stress of von Mises of point i. */
-static void pdi_structure_invariants(pd_structure *s, int32_t i, double normal)
-{
-    const double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
-    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
-    for (int d = 0; d < PD_DIM; d++) trace += p[d * PD_DIM + d];
-    s->pressure[i] = trace / 3.0;
-    for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) {
-            double part = p[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
-            square += part * part;
-        }
-    for (int d = PD_DIM; d < 3; d++) {
-        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
-        square += part * part;
-    }
-    s->mises[i] = sqrt(1.5 * square);
-}
-
 /* The stress of the metal that is left, of the present balance. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
@@ -29938,7 +33995,7 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
         double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
-        pdi_structure_invariants(s, i, normal * over);
+        s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
     s->seen = s->rest.solves;
 }
@@ -34288,6 +38345,12 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
 #include <stdio.h>
 #include <string.h>
 
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
+{
+    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    return scan;
+}
+
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
 {
     char text[300];
@@ -35594,16 +39657,9 @@ static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_po
 {
     char *text;
     size_t size;
-    pdi_scan scan;
     if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
     PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "mesh";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "mesh", path, text, size);
     const char *at = text + strspn(text, " \t\r\n");
     int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
     pd_status status = PD_OK;
@@ -35727,18 +39783,11 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
 {
-    pdi_scan scan;
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
     if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
         return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "stl";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
     size_t blank = strspn(text, " \t\r\n");
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
@@ -35817,7 +39866,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -36345,7 +40394,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -36464,7 +40513,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -37245,7 +41294,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -42101,11 +46150,37 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+/* [byte] of what a balance of a body takes while it is found. */
+static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
+{
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    pdi_equilibrium q;
+    pd_krylov_desc kd;
+    memset(&q, 0, sizeof q);
+    memset(&kd, 0, sizeof kd);
+    q.solid = &solid;
+    q.n = kd.n = s->rest.n;
+    kd.method = PD_KRYLOV_CG;
+    return pdi_footprint_krylov(plan, &kd) + pdi_footprint_list(plan, pdi_equilibrium_list, &q) +
+           plan->times * pdi_scaffold_bytes(s->count, m + 0.5);
+}
+
+/* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+{
+    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    pd_band band;
+    memset(&band, 0, sizeof band);
+    band.body = &s->body;
+    band.flows = s->elastic.plastic.count > 0;
+    band.stride = s->count;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
     pd_structure s;
-    pd_krylov_desc kd;
     if (!u->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
@@ -42119,12 +46194,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
     *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
-    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    memset(&kd, 0, sizeof kd);
-    kd.method = PD_KRYLOV_CG;
-    kd.n = s.rest.n;
-    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
-    b->working = fmax(b->working, solve);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest) + pdi_footprint_bands(plan, &s);
+    b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -42186,7 +46257,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -42196,7 +46267,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= b.files;
+    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
@@ -42217,7 +46288,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -42663,7 +46734,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -42712,7 +46783,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -43229,7 +47300,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44125,9 +48196,9 @@ static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "work", unit, q->work);
     pdi_monitor_put(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "released", unit, q->released);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "released", unit, q->released);
     if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
     pdi_monitor_put(m, "parted", "s", q->parted);
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }

@@ -13,7 +13,10 @@
 #include "io/mesh.h"
 #include "io/png.h"
 #include "run/coarser.h"
+#include "solid/finite.h"
 #include "solid/microelastic.h"
+#include "solid/ordinary.h"
+#include "solid/scaffold.h"
 #include "solid/verlet.h"
 #include <stddef.h>
 
@@ -403,6 +406,35 @@ BUILD(elastic, pd_elastic)
     return pd_elastic_build(ctx, &l->body, &d, o);
 }
 
+BUILD(ordinary, pd_ordinary)
+{
+    pd_ordinary_desc d;
+    memset(&d, 0, sizeof d);
+    d.young = l->wrong ? 0.0 : 1.0;
+    return pd_ordinary_build(ctx, &l->body, &d, o);
+}
+
+BUILD(criterion, pd_criterion)
+{
+    pd_criterion_desc d;
+    memset(&d, 0, sizeof d);
+    d.critical = l->wrong ? -1.0 : 1.0;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_criterion_build(ctx, &solid, &d, o);
+}
+
+INNER(scaffold, pd_scaffold) { return pdi_scaffold_build(ctx, &l->body, o); }
+
+BUILD(finite, pd_finite)
+{
+    pd_finite_desc d;
+    memset(&d, 0, sizeof d);
+    d.law.kind = PD_FINITE_J2;
+    d.law.young = 1.0;
+    d.law.yield = l->wrong ? 0.0 : 1.0;
+    return pd_finite_build(ctx, &l->body, &d, o);
+}
+
 BUILD(microelastic, pd_microelastic) { return make_springs_of(ctx, l, o); }
 
 BUILD(verlet, pd_verlet)
@@ -425,7 +457,7 @@ BUILD(quasi_static, pd_quasi_static)
     pd_quasi_static_desc d;
     memset(&d, 0, sizeof d);
     d.load = no_load;
-    d.stretch = l->wrong ? -1.0 : 0.0;
+    d.criterion.critical = l->wrong ? -1.0 : 0.0;
     pd_solid solid = pd_microelastic_solid(&l->springs);
     return pd_quasi_static_build(ctx, &solid, &d, o);
 }
@@ -496,8 +528,10 @@ static const entry builds[] = {
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
-    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(microelastic, pd_microelastic, 1, 1)
-    ROW(verlet, pd_verlet, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
+    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
+    ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
+    ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
@@ -559,7 +593,8 @@ TEST(a_failed_build_leaves_nothing)
 
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
-                                    "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse"};
+                                    "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
+                                    "band"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

@@ -288,8 +288,9 @@ TEST(order_and_threads)
 {
     static double u[MOST * PD_DIM], force[MOST * PD_DIM], kept[MOST * PD_DIM];
     static double x[MOST * PD_DIM], v[MOST], w[MOST * PD_DIM];
-    for (int run = 0; run < 3; run++) {
-        body_case *c = block(cells(), 2.5, 1.0, 0.5);
+    for (int way = 0; way < 6; way++) {
+        int run = way % 3; /* of points beside the places of a lattice, and of a lattice */
+        body_case *c = block(cells(), 2.5, 1.0, way < 3 ? 0.5 : 0.0);
         if (!c) return;
         int32_t n = c->body.count;
         shake(c, 9, u);
@@ -311,6 +312,34 @@ TEST(order_and_threads)
         if (!run) memcpy(kept, force, sizeof kept);
         for (int32_t i = 0; i < n; i++)
             CHECK(memcmp(kept + i * PD_DIM, force + (run == 1 ? n - 1 - i : i) * PD_DIM, PD_DIM * sizeof *x) == 0);
+        end(c);
+    }
+}
+
+/* Points of a lattice go in bands as long as its rows, and with a bond broken in as many: the bits are those that
+ * each point has alone. */
+TEST(bands)
+{
+    static double u[MOST * PD_DIM], force[MOST * PD_DIM], alone[MOST * PD_DIM];
+    int32_t before = 0;
+    for (int breaks = 0; breaks < 2; breaks++) {
+        body_case *c = block(cells(), 1.0, 1.0, 0.0);
+        if (!c) return;
+        int32_t middle = c->body.count / 2;
+        int64_t b = c->body.row[middle];
+        if (breaks) c->body.broken[b] = c->body.broken[pdi_body_back(&c->body, middle, c->body.column[b])] = 1;
+        if (!elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_INVERSE)) return;
+        shake(c, 4, u);
+        pd_elastic_force(&c->ctx, &c->elastic, u, force);
+        NOTE("%d points in %d bands", (int)c->body.count, (int)c->elastic.band.bands);
+        CHECK(4 * c->elastic.band.bands < c->body.count);
+        CHECK(breaks == 0 || c->elastic.band.bands == before);
+        before = c->elastic.band.bands;
+        c->elastic.band.most = 1;
+        CHECK_OK(&c->ctx, pdi_band_find(&c->ctx, &c->elastic.band));
+        CHECK_INT(c->elastic.band.bands, c->body.count);
+        pd_elastic_force(&c->ctx, &c->elastic, u, alone);
+        CHECK(memcmp(force, alone, (size_t)c->body.count * PD_DIM * sizeof *force) == 0);
         end(c);
     }
 }
@@ -356,4 +385,5 @@ TEST(bad_input)
 }
 
 TEST_MAIN(ENTRY(families) ENTRY(patch) ENTRY(divergence) ENTRY(cut) ENTRY(balance) ENTRY(rigid)
-              ENTRY(no_pattern_without_energy) ENTRY(order_and_threads) ENTRY(bad_input))
+              ENTRY(no_pattern_without_energy) ENTRY(order_and_threads) ENTRY(bands)
+              ENTRY(bad_input))

@@ -4,6 +4,7 @@
 #include "bench.h"
 #include "kernels.h"
 #include "runs.h"
+#include "solid.h"
 #include "neighbour.h"
 #include "study.h"
 
@@ -23,6 +24,7 @@ static const bench_case *const bench_cases[] = {
 #if PD_DIM > 1
     &csr_case,
     &scaling_case,
+    &solid_case,
 #endif
 };
 

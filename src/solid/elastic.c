@@ -8,7 +8,7 @@
 /* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
 #define PDI_ELASTIC_FLAT 1e-6
 
-enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM };
+enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM, PDI_ELASTIC_FOURTH = PD_DIM == 3 ? 15 : PD_DIM == 2 ? 5 : 1 };
 
 /* Scalar product. */
 static inline double pdi_elastic_dot(const double *a, const double *b)
@@ -29,20 +29,12 @@ static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, do
     return 1;
 }
 
-/* y = A x, or A^T x. */
+/* y = A x. */
 static inline void pdi_elastic_times(const double *a, const double *x, double *y)
 {
     for (int p = 0; p < PD_DIM; p++) {
         y[p] = 0.0;
         for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
-    }
-}
-
-static inline void pdi_elastic_times_transposed(const double *a, const double *x, double *y)
-{
-    for (int p = 0; p < PD_DIM; p++) {
-        y[p] = 0.0;
-        for (int q = 0; q < PD_DIM; q++) y[p] += a[q * PD_DIM + p] * x[q];
     }
 }
 
@@ -96,10 +88,9 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-    PDI_ARRAY(owner, elastic, gradient, count * PDI_ELASTIC_TENSOR, "1");
-    PDI_ARRAY(owner, elastic, moment, count * PDI_ELASTIC_TENSOR, "Pa/m^(d+2)");
 }
 
 /* Weights of the bonds of point i. Both ends of a bond get the same number. */
@@ -112,17 +103,43 @@ static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
     }
 }
 
+/* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
+static inline int pdi_elastic_place(int p, int q, int r, int s)
+{
+    int y = (p == 1) + (q == 1) + (r == 1) + (s == 1), z = (p == 2) + (q == 2) + (r == 2) + (s == 2);
+    return z * (11 - z) / 2 + y;
+}
+
+/* Add a bond to the fourth moments of its family. */
+static void pdi_elastic_fourth(const double *xi, double over, double weight, double *fourth)
+{
+    double x[5], y[5], z[5];
+    x[0] = weight * over * over;
+    y[0] = z[0] = 1.0;
+    for (int k = 0; k < 4; k++) {
+        x[k + 1] = x[k] * xi[0];
+        y[k + 1] = y[k] * xi[PD_DIM > 1];
+        z[k + 1] = z[k] * xi[PD_DIM - 1];
+    }
+    for (int c = 0; c <= (PD_DIM > 2 ? 4 : 0); c++)
+        for (int b = 0; b <= (PD_DIM > 1 ? 4 - c : 0); b++)
+            fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
+}
+
 /* Tensors of the family of point i. 0: it spans no space. */
 static int pdi_elastic_family(const pd_elastic *e, int32_t i)
 {
     const pd_body *body = e->body;
     double k[PDI_ELASTIC_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
     double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
+    for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] = 0.0;
     for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
         double over, weight;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         total += weight;
+        pdi_elastic_fourth(xi, over, weight, fourth);
         for (int p = 0; p < PD_DIM; p++)
             for (int q = 0; q < PD_DIM; q++) {
                 k[p * PD_DIM + q] += weight * scale * xi[p] * xi[q];
@@ -133,6 +150,7 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
     if (!(total > 0.0)) return 0;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] /= total;
+    for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] /= total;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) k[p] /= total;
     if (!(pdi_vec_invert(k, shape) > PDI_ELASTIC_FLAT)) {
         for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) shape[p] = 0.0;
@@ -142,26 +160,33 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     return 1;
 }
 
-/* g of point i at bond xi over w: the stress P gives the bond the force P g. */
-static void pdi_elastic_share(const pd_elastic *e, int32_t i, const double *xi, double over, double *g)
+/* What bonds read of point i for the normals of the surface. Those are the forces of displacements u = x with
+ * c = 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
 {
-    double at[PD_DIM], back[PD_DIM];
-    pdi_elastic_times(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, xi, at);
-    pdi_elastic_times(e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, at, back);
-    for (int d = 0; d < PD_DIM; d++) g[d] = xi[d] * over / e->total[i] + at[d] - back[d];
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *shape = e->shape + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double part[PDI_ELASTIC_TENSOR], *field = pdi_band_field(&e->band, 0) + i;
+    pdi_elastic_product(mean, shape, part);
+    field[PDI_BAND_SHARE * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+        field[(PDI_BAND_TURN + p) * e->band.stride] = 0.0;
+        field[(PDI_BAND_CARRY + p) * e->band.stride] = shape[p] - part[p];
+        if (e->band.flows) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
+    }
 }
 
-static void pdi_elastic_edge(const pd_elastic *e, int32_t i)
+static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
 {
-    double xi[PD_DIM], own[PD_DIM], other[PD_DIM], *edge = e->edge + (int64_t)i * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) edge[d] = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_share(e, i, xi, over, own);
-        pdi_elastic_share(e, e->body->column[b], xi, over, other);
-        for (int d = 0; d < PD_DIM; d++) edge[d] += weight * (own[d] + other[d]);
-    }
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, e->body->position);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) pdi_elastic_bare(e, i);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, -1.0, 1.0, e->edge);
+    for (int32_t i = 0; i < e->body->count; i++)
+        pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
 /* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
@@ -195,10 +220,8 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
                         body->position[(int64_t)flat * PD_DIM]);
-    int nt = pdi_par_threads(ctx, body->bonds * 40);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_elastic_edge(e, i);
+    PDI_TRY(pdi_band_find(ctx, &e->band));
+    pdi_elastic_edges(ctx, e);
     return PD_OK;
 }
 
@@ -225,6 +248,7 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
+    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -237,6 +261,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
+    pdi_band_free(ctx, &e->band);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -251,130 +276,109 @@ static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* H of point i. */
-static void pdi_elastic_gradient(const pd_elastic *e, const double *u, int32_t i, double *h)
+/* H, and the mean of the gradients of the bonds where `average` is not NULL, of point i, which is place n of sums. */
+static void pdi_elastic_gradient(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, double *h,
+                                 double *average)
 {
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        for (int p = 0; p < PD_DIM; p++)
-            for (int q = 0; q < PD_DIM; q++) sum[p * PD_DIM + q] += weight * eta[p] * xi[q];
-    }
+    double sum[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR], total = e->total[i];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = sums->pull[p][n];
     pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, h);
-}
-
-/* The mean of the gradients of the bonds of point i. */
-static void pdi_elastic_average(const pd_elastic *e, const double *u, int32_t i, const double *h, double *average)
-{
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        pdi_elastic_stray(h, xi, eta, over, z);
-        for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] += weight * over * z[p / PD_DIM] * xi[p % PD_DIM];
-    }
+    if (!average) return;
+    pdi_elastic_product(h, e->mean + (int64_t)i * PDI_ELASTIC_TENSOR, part);
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++)
-        average[p] = h[p] + (e->total[i] > 0.0 ? sum[p] / e->total[i] : 0.0);
+        average[p] = h[p] + (total > 0.0 ? sums->turn[p][n] / total - part[p] : 0.0);
 }
 
-/* The mean over the family of P_b (1 - n n^T), times K^-1. The stray z of a bond adds
- * lambda s 1 + mu (z n^T + n z^T)/r  to the stress of H, s = z.n/r. */
-static void pdi_elastic_moment(const pd_elastic *e, const double *u, int32_t i)
+/* The mean over the family of what the strays of bonds add to their stress, times (1 - n n^T). The stray z adds
+ * lambda s 1 + mu (z n^T + n z^T)/r, s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and from
+ * moments of the family. */
+static void pdi_elastic_stray_moment(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n,
+                                     const double *h, double *moment)
 {
-    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR, *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
-    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
-    double xi[PD_DIM], eta[PD_DIM], z[PD_DIM];
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
-        double s = pdi_elastic_stray(h, xi, eta, over, z);
-        weight /= e->total[i];
-        for (int p = 0; p < PD_DIM; p++)
-            for (int q = 0; q < PD_DIM; q++) {
-                double across = (p == q ? 1.0 : 0.0) - xi[p] * xi[q] * over;
-                double share = e->lambda * s * across + e->mu * over * xi[p] * (z[q] - s * xi[q]);
-                sum[p * PD_DIM + q] += weight * share;
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    const double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
+    double over = 1.0 / e->total[i], stretch = 0.0;
+    for (int d = 0; d < PD_DIM; d++) stretch += over * sums->turn[d * PD_DIM + d][n];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) stretch -= h[p] * mean[p];
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double line = over * sums->along[p < q ? p * PD_DIM + q : q * PD_DIM + p][n];
+            double across = over * sums->turn[q * PD_DIM + p][n];
+            for (int r = 0; r < PD_DIM; r++) {
+                across -= mean[p * PD_DIM + r] * h[q * PD_DIM + r];
+                for (int s = 0; s < PD_DIM; s++) line -= fourth[pdi_elastic_place(p, q, r, s)] * h[r * PD_DIM + s];
             }
-    }
+            moment[p * PD_DIM + q] = e->lambda * ((p == q ? stretch : 0.0) - line) + e->mu * (across - line);
+        }
+}
+
+/* What bonds read of point i: the tensors of eq. 8.4. */
+static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, const double *h)
+{
+    const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
+    double sum[PDI_ELASTIC_TENSOR] = {0.0}, stress[PDI_ELASTIC_TENSOR], part[PDI_ELASTIC_TENSOR];
+    double *field = pdi_band_field(&e->band, 0) + i, share = field[PDI_BAND_SHARE * e->band.stride];
+    if (e->total[i] > 0.0) pdi_elastic_stray_moment(e, sums, i, n, h, sum);
     pdi_elastic_law(e, h, stress);
-    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++)
-        stress[p] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
+    for (int p = 0; p < PDI_ELASTIC_TENSOR && e->plastic.count; p++) {
+        double relief = e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + p];
+        stress[p] -= relief;
+        field[(PDI_BAND_RELIEF + p) * e->band.stride] = share * relief;
+    }
     pdi_elastic_product(stress, mean, part);
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) sum[p] = pdi_elastic_stiff(e, i) * (sum[p] + stress[p] - part[p]);
-    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, e->moment + (int64_t)i * PDI_ELASTIC_TENSOR);
-}
-
-/* What the family of point i puts on a bond xi, over w, added to f. */
-static inline void pdi_elastic_pull(const pd_elastic *e, int32_t i, const double *xi, const double *eta, double over,
-                                    double *f)
-{
-    const double *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
-    double z[PD_DIM], turned[PD_DIM], carried[PD_DIM], s = pdi_elastic_stray(h, xi, eta, over, z);
-    double share = over * pdi_elastic_stiff(e, i) / e->total[i], trace = pdi_elastic_trace(h) + s;
-    pdi_elastic_times_transposed(h, xi, turned);
-    pdi_elastic_times(e->moment + (int64_t)i * PDI_ELASTIC_TENSOR, xi, carried);
-    for (int d = 0; d < PD_DIM; d++)
-        f[d] += share * (e->lambda * trace * xi[d] + e->mu * (eta[d] + turned[d] + s * xi[d])) + carried[d];
-    if (!e->plastic.count) return;
-    pdi_elastic_times(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR, xi, turned);
-    for (int d = 0; d < PD_DIM; d++) f[d] -= share * turned[d];
+    pdi_elastic_product(sum, e->shape + (int64_t)i * PDI_ELASTIC_TENSOR, part);
+    for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
+        int q = p % PD_DIM * PD_DIM + p / PD_DIM;
+        field[(PDI_BAND_CARRY + p) * e->band.stride] = part[p];
+        field[(PDI_BAND_TURN + p) * e->band.stride] = share * h[q];
+    }
 }
 
 /* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
  * derivative says. */
 static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 100);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double average[PDI_ELASTIC_TENSOR], *h = e->gradient + (int64_t)i * PDI_ELASTIC_TENSOR;
-        pdi_elastic_gradient(e, u, i, h);
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            if (bends) pdi_plastic_bend(&e->plastic, i, average);
-            else pdi_plastic_meet(&e->plastic, i, average);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, e->plastic.count ? average : NULL);
+            if (e->plastic.count && bends) pdi_plastic_bend(&e->plastic, i, average);
+            else if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
+            pdi_elastic_offer(e, &sums, i, n, h);
         }
-        pdi_elastic_moment(e, u, i);
     }
 }
 
-static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, double *force)
 {
-    const pd_body *body = e->body;
-    int nt = pdi_par_threads(ctx, body->bonds * 100);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        double sum[PD_DIM] = {0.0}, xi[PD_DIM], eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double over, weight, f[PD_DIM] = {0.0};
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            pdi_elastic_eta(e, u, i, b, eta);
-            pdi_elastic_pull(e, i, xi, eta, over, f);
-            pdi_elastic_pull(e, body->column[b], xi, eta, over, f);
-            for (int d = 0; d < PD_DIM; d++) sum[d] += weight * f[d];
-        }
-        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
-    }
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_band_force(&e->band, k, e->lambda, e->mu, force);
 }
 
 void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
 {
     pdi_elastic_gather(ctx, e, u, 0);
-    pdi_elastic_scatter(ctx, e, u, force);
+    pdi_elastic_scatter(ctx, e, force);
 }
 
-/* Energy of the family of point i [J/m3], w_0 times. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
+ * NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double over, weight, density = 0.0;
+        if (each) each[b] = 0.0;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
@@ -382,6 +386,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
+        if (each) each[b] = (double)e->weight[b] * density;
     }
     return sum;
 }
@@ -389,39 +394,51 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
-    (void)ctx;
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
-        if (!(e->total[i] > 0.0)) continue;
-        pdi_elastic_gradient(e, u, i, h);
-        density = pdi_elastic_density(e, u, i, h) / e->total[i];
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            pdi_plastic_meet(&e->plastic, i, average);
-            density -= pdi_plastic_relief(&e->plastic, i, average);
+    pdi_band_sums sums;
+    pdi_band_move(ctx, &e->band, u);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+            int32_t i = e->band.first[k] + n;
+            if (!(e->total[i] > 0.0)) continue;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
+            if (e->plastic.count) {
+                pdi_plastic_meet(&e->plastic, i, average);
+                density -= pdi_plastic_relief(&e->plastic, i, average);
+            }
+            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
         }
-        pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
     }
     return pdi_sum_total(&all);
 }
 
+/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]. */
+static void pdi_elastic_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average, double *p)
+{
+    if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
+    pdi_elastic_law(e, e->plastic.count ? average : h, p);
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
+        if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
+        p[k] *= pdi_elastic_stiff(e, i);
+    }
+}
+
 void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
 {
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], *p = stress + (int64_t)i * PDI_ELASTIC_TENSOR;
-        pdi_elastic_gradient(e, u, i, h);
-        if (e->plastic.count) {
-            pdi_elastic_average(e, u, i, h, average);
-            pdi_plastic_meet(&e->plastic, i, average);
-            memcpy(h, average, sizeof h);
-        }
-        pdi_elastic_law(e, h, p);
-        for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
-            if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_ELASTIC_TENSOR + k];
-            p[k] *= pdi_elastic_stiff(e, i);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            pdi_elastic_point_stress(e, i, h, average, stress + (int64_t)i * PDI_ELASTIC_TENSOR);
         }
     }
 }
@@ -437,7 +454,7 @@ static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *
 static void pdi_elastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pdi_elastic_gather(ctx, (const pd_elastic *)self, du, 1);
-    pdi_elastic_scatter(ctx, (const pd_elastic *)self, du, df);
+    pdi_elastic_scatter(ctx, (const pd_elastic *)self, df);
 }
 
 /* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. */
@@ -465,9 +482,50 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     }
 }
 
+/* A bond has the stiffness of both of its families, so a weak point beside stiff ones is as stiff as its bonds are on
+ * average. */
+static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, own = pdi_elastic_stiff(e, i);
+        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
+            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
+        lambda[i] = part * e->lambda;
+        mu[i] = part * e->mu;
+    }
+}
+
 static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+}
+
+/* Of metal that does not flow. */
+static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], share;
+            int32_t i = e->band.first[k] + n;
+            share = e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
+            pdi_elastic_gradient(e, &sums, i, n, h, NULL);
+            pdi_elastic_density(e, u, i, h, energy);
+            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+        }
+    }
 }
 
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
@@ -503,15 +561,19 @@ static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
 static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double *u)
 {
     const pd_elastic *e = (const pd_elastic *)self;
-    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
+    if (!e->plastic.count) return PD_OK;
+    pdi_band_move(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < e->body->count; i++) {
-        double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
-        if (!e->plastic.count) continue;
-        pdi_elastic_gradient(e, u, i, h);
-        pdi_elastic_average(e, u, i, h, average);
-        pdi_plastic_commit(&e->plastic, i, average);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
+            pdi_elastic_gradient(e, &sums, e->band.first[k] + n, n, h, average);
+            pdi_plastic_commit(&e->plastic, e->band.first[k] + n, average);
+        }
     }
     return PD_OK;
 }
@@ -557,7 +619,9 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.force = pdi_elastic_solid_force;
     solid.tangent = pdi_elastic_solid_tangent;
     solid.blocks = pdi_elastic_solid_blocks;
+    solid.moduli = pdi_elastic_solid_moduli;
     solid.energy = pdi_elastic_solid_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;

@@ -11,6 +11,7 @@
  */
 #ifndef PD_ELASTIC_H
 #define PD_ELASTIC_H
+#include "solid/band.h"
 #include "solid/plastic.h"
 #include "solid/solid.h"
 
@@ -38,10 +39,10 @@ typedef struct pd_elastic {
     float *weight;     /* [bonds] [-] w; 0: the bond is broken */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
     double *total;     /* [count] [m^d] w_0 */
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
-    double *gradient;  /* [count][PD_DIM^2] [-] H of the last forces */
-    double *moment;    /* [count][PD_DIM^2] [Pa/m^(d+2)] of the last forces: what all bonds of a family carry by H */
+    pd_band band;      /* sums over bonds, and what they read of the points */
     pd_plastic plastic; /* of metal that flows; plastic.count 0: none */
     int64_t lost;      /* bonds that loose points have lost */
 } pd_elastic;

@@ -1,29 +1,39 @@
 /* equilibrium: see equilibrium.h */
 #include "solid/equilibrium.h"
 #include "core/par.h"
+#include "core/rng.h"
 #include "core/vec.h"
-#include "solve/krylov.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
+/* Weight of the blocks beside the coarse picture. Both see waves about as long as a bond. */
+#define PDI_EQUILIBRIUM_SHARE 0.6
 /* A step may go so far that its work turns to this part of what it was, against it. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
+/* What is done for each piece. */
+typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
+
 PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
+    PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
 
 /* y = -V df of what is free, along x. */
@@ -53,13 +63,27 @@ PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *q, const double *u,
 PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
+    double share = q->scaffold.levels ? PDI_EQUILIBRIUM_SHARE : 1.0;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
         for (int a = 0; a < PD_DIM; a++) {
             const double *row = q->block + i * PDI_EQUILIBRIUM_BLOCK + a * PD_DIM;
             double sum = 0.0;
             for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
-            y[i * PD_DIM + a] = pdi_equilibrium_held(q, i * PD_DIM + a) ? 0.0 : sum;
+            y[i * PD_DIM + a] = share * sum;
         }
+    if (q->scaffold.levels) pdi_scaffold_add(q->ctx, (pd_scaffold *)&q->scaffold, x, y);
+    for (int64_t k = 0; k < q->n; k++)
+        if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
+}
+
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
+static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
+{
+    if (!q->scaffold.levels) return;
+    q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
+    for (int64_t k = 0; k < q->n; k++)
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
+    pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
@@ -68,6 +92,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
+    for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -104,6 +129,11 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
 }
 
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+{
+    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
+}
+
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
 static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
@@ -116,21 +146,56 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_
     return PD_OK;
 }
 
-/* The same for all pieces. */
-static pd_status pdi_equilibrium_pieces(const pdi_equilibrium *q)
+/* Calls `visit` for each piece. */
+static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
+        pd_rigid rigid;
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
-        status = pdi_equilibrium_balanced(q, piece, count);
+        pdi_rigid_find(q->solid->body, q->desc->held, piece, count, &rigid);
+        status = visit(q, &rigid);
     }
     PDI_DELETE(q->ctx, all, piece);
     PDI_DELETE(q->ctx, all, seen);
     return status;
+}
+
+/* Refuses loads that a piece does not bear. */
+static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
+    q->moves = q->moves || rigid->motions;
+    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
+    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
+                    "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
+}
+
+/* Of a step, no piece moves as a whole without need. */
+static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
+}
+
+/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    const double *volume = q->solid->body->volume;
+    for (int way = 0; way < 2; way++) {
+        for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
+            for (int d = 0; d < PD_DIM; d++) {
+                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
+                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
+                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+            }
+        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+    }
+    return PD_OK;
 }
 
 /* The size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
@@ -147,15 +212,46 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
+/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+{
+    double work = 0.0, size = 0.0;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double part = q->solid->body->volume[k / PD_DIM] * q->load[k] * motion[k];
+        work += part;
+        size += fabs(part);
+    }
+    if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
+    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    return 1;
+}
+
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
+    int moves = q->moves && q->scaffold.levels;
     q->krylov.desc.atol = target;
+    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
+    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
+        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -187,6 +283,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -195,6 +308,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
         double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
+        pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
         status = pdi_equilibrium_search(q, u, target, &norm);
@@ -215,15 +329,17 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
 {
     PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
     PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q));
+    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_borne));
     PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
     pd_status status = pdi_equilibrium_rest(q, u, norm);
     if (status == PD_RETRY)
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    q->size = pdi_equilibrium_size(q, u);
-    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    pdi_equilibrium_blocks(q);
+    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
 
@@ -232,27 +348,22 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     double norm, target;
     pd_krylov_desc kd;
     pd_status status;
+    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
+    if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
     kd.method = PD_KRYLOV_CG;
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_blocks(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
-                        "their moments");
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+                        "loads turn it: hold it, or balance their moments");
     result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
@@ -270,11 +381,14 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
     q.n = (int64_t)solid->body->count * PD_DIM;
     pd_status status = pdi_equilibrium_run(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
+    pdi_scaffold_free(ctx, &q.scaffold);
     pdi_owner_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_DIGITS
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
+#undef PDI_EQUILIBRIUM_SHARE
 #undef PDI_EQUILIBRIUM_BEYOND

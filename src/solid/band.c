@@ -1,0 +1,307 @@
+/* band: see band.h */
+#include "solid/band.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Doubles in a line of a cache, lines after which addresses meet again in it, and lines by which fields are apart. */
+#define PDI_BAND_LINE 8
+#define PDI_BAND_LINES 64
+#define PDI_BAND_APART 5
+
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_BAND_ALL UINT32_MAX
+
+PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
+{
+    pd_band *band = (pd_band *)object;
+    int64_t count = band->body ? band->body->count : 0;
+    int64_t fields = PDI_BAND_FIELDS + (band->flows ? PDI_BAND_TENSOR : 0);
+    PDI_ARRAY(owner, band, first, count ? count + 1 : 0, "1");
+    PDI_ARRAY(owner, band, begin, count ? count + 1 : 0, "1");
+    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * fields, "");
+}
+
+/* Places and volumes. Behind and before the points there are others, far from all: bands may look at them, but take
+ * nothing of them. */
+static void pdi_band_place(const pd_band *band)
+{
+    const pd_body *body = band->body;
+    double far = body->horizon;
+    for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_band_field(band, PDI_BAND_VOLUME)[i] = body->volume[i];
+        for (int d = 0; d < PD_DIM; d++)
+            pdi_band_field(band, PDI_BAND_PLACE + d)[i] = body->position[(int64_t)i * PD_DIM + d];
+    }
+}
+
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band)
+{
+    memset(band, 0, sizeof *band);
+    band->body = body;
+    band->weight = weight;
+    band->flows = flows;
+    band->most = PD_BAND_MOST;
+    int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
+    while (lines % PDI_BAND_LINES != PDI_BAND_APART) lines++;
+    band->stride = lines * PDI_BAND_LINE;
+    pd_status status = pdi_owner_build(ctx, pdi_band_list, band);
+    if (status < 0) {
+        memset(band, 0, sizeof *band);
+        return status;
+    }
+    pdi_band_place(band);
+    return PD_OK;
+}
+
+PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
+{
+    PDI_DELETE(ctx, band->room, band->bond);
+    pdi_owner_free(ctx, pdi_band_list, band);
+    memset(band, 0, sizeof *band);
+}
+
+/* A list of bonds on its way into a band. */
+typedef struct pdi_band_bonds {
+    int32_t count;
+    pd_band_bond *bond;
+} pdi_band_bonds;
+
+/* The bonds of point i that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+{
+    const pd_body *body = band->body;
+    bonds->count = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (!(band->weight[b] > 0.0f)) continue;
+        bonds->bond[bonds->count].offset = body->column[b] - i;
+        bonds->bond[bonds->count].weight = band->weight[b];
+        bonds->bond[bonds->count++].lanes = 0;
+    }
+}
+
+/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+{
+    int32_t n = 0;
+    for (int32_t k = 0; k < b->count && n < a->count; k++) {
+        if (a->bond[n].offset != b->bond[k].offset) continue;
+        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
+        b->bond[k].lanes |= lanes;
+        n++;
+    }
+    return n == a->count;
+}
+
+/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t end = i + 1;
+    pdi_band_row(band, i, all);
+    for (; end < band->body->count && end < i + band->most; end++) {
+        pdi_band_row(band, end, one);
+        if (pdi_band_within(one, all, 0)) continue;
+        if (!pdi_band_within(all, one, 0)) break;
+        memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
+        all->count = one->count;
+    }
+    return end;
+}
+
+/* Room for so many bonds. */
+static pd_status pdi_band_enlarge(pd_ctx *ctx, pd_band *band, int64_t wanted)
+{
+    int64_t room = band->room + band->room / 2;
+    if (wanted <= band->room) return PD_OK;
+    if (room < wanted) room = wanted;
+    PDI_TRY(PDI_GROW(ctx, "band", band->room, room, band->bond));
+    band->room = room;
+    return PD_OK;
+}
+
+static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_band_bonds *one)
+{
+    int32_t count = band->body->count;
+    int64_t bonds = 0;
+    for (int32_t i = 0; i < count;) {
+        pdi_band_bonds all;
+        PDI_TRY(pdi_band_enlarge(ctx, band, bonds + longest));
+        all.bond = band->bond + bonds;
+        int32_t end = pdi_band_grow(band, i, &all, one);
+        band->first[band->bands] = i;
+        band->begin[band->bands++] = bonds;
+        for (int32_t n = 0; n < end - i && end - i > 1; n++) {
+            pdi_band_row(band, i + n, one);
+            pdi_band_within(one, &all, (uint32_t)1 << n);
+        }
+        if (end - i > 1) bonds += all.count;
+        i = end;
+    }
+    band->first[band->bands] = count;
+    band->begin[band->bands] = bonds;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
+{
+    const pd_body *body = band->body;
+    pdi_band_bonds one = {0, NULL};
+    int64_t longest = 1;
+    for (int32_t i = 0; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    band->bands = 0;
+    pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
+    if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
+    PDI_DELETE(ctx, longest, one.bond);
+    return status;
+}
+
+PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u)
+{
+    int32_t count = band->body->count;
+    double *move = pdi_band_field(band, PDI_BAND_MOVE);
+    int nt = pdi_par_threads(ctx, (int64_t)count * PD_DIM);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < count; i++)
+        for (int d = 0; d < PD_DIM; d++) move[d * band->stride + i] = u[(int64_t)i * PD_DIM + d];
+}
+
+/* 1: point n has the bond. All of them have it where `lanes` has all bits. */
+static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
+
+/* A bond of count points: w, and the fields of both of its ends. Inlined with constants for `lanes` or `count`. */
+PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
+                             uint32_t lanes, int count, pdi_band_sums *PD_RESTRICT sums)
+{
+    for (int n = 0; n < count; n++) {
+        double xi[PD_DIM], eta[PD_DIM], square = 0.0, along = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            square += xi[d] * xi[d];
+            along += eta[d] * xi[d];
+        }
+        double over = 1.0 / square, weight = w * far[PDI_BAND_VOLUME * total + n];
+        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
+        double part = weight * over;
+        along *= part * over;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                sums->pull[p * PD_DIM + q][n] += weight * eta[p] * xi[q];
+                sums->turn[p * PD_DIM + q][n] += part * eta[p] * xi[q];
+                if (q >= p) sums->along[p * PD_DIM + q][n] += along * xi[p] * xi[q];
+            }
+    }
+}
+
+/* Points of a band of count ones with those that fill the last vector. */
+static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / PDI_BAND_LINE * PDI_BAND_LINE; }
+
+PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
+{
+    const pd_body *body = band->body;
+    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
+    const double *own = pdi_band_field(band, 0) + i;
+    for (int p = 0; p < PDI_BAND_TENSOR; p++)
+        for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
+        double w = (double)band->weight[b];
+        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    }
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const double *far = own + band->bond[b].offset;
+        double w = (double)band->bond[b].weight;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_BAND_ALL) pdi_band_add(own, far, band->stride, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
+        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, w, lanes, PD_BAND_MOST, sums);
+        else pdi_band_add(own, far, band->stride, w, lanes, whole, sums);
+    }
+    return count;
+}
+
+/* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
+PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
+                              uint32_t lanes, double lambda, double mu, int flows, int count,
+                              double (*PD_RESTRICT force)[PD_BAND_MOST])
+{
+    for (int n = 0; n < count; n++) {
+        double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
+        double share = own[PDI_BAND_SHARE * total + n] + far[PDI_BAND_SHARE * total + n];
+        for (int d = 0; d < PD_DIM; d++) {
+            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            square += xi[d] * xi[d];
+            along += share * eta[d] * xi[d];
+        }
+        double over = 1.0 / square;
+        for (int p = 0; p < PD_DIM; p++) {
+            turned[p] = 0.0;
+            for (int q = 0; q < PD_DIM; q++) {
+                int64_t at = (PDI_BAND_TURN + p * PD_DIM + q) * total + n;
+                double both = own[at] + far[at];
+                turned[p] += both * xi[q];
+                if (p == q) trace += both;
+            }
+            along -= turned[p] * xi[p];
+        }
+        double weight = w * far[PDI_BAND_VOLUME * total + n];
+        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
+        double stretch = lambda * trace + (lambda + mu) * along * over;
+        for (int p = 0; p < PD_DIM; p++) {
+            double line = stretch * xi[p] + mu * (share * eta[p] + turned[p]), carried = 0.0, relief = 0.0;
+            for (int q = 0; q < PD_DIM; q++) {
+                int64_t at = (PDI_BAND_CARRY + p * PD_DIM + q) * total + n;
+                carried += (own[at] + far[at]) * xi[q];
+                at += PDI_BAND_TENSOR * total;
+                if (flows) relief += (own[at] + far[at]) * xi[q];
+            }
+            force[p][n] += weight * (over * (line - relief) + carried);
+        }
+    }
+}
+
+/* The bonds of band k. Inlined with a constant for `flows`. */
+PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
+                             double (*PD_RESTRICT sum)[PD_BAND_MOST])
+{
+    const pd_body *body = band->body;
+    int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
+    int64_t total = band->stride;
+    const double *own = pdi_band_field(band, 0) + i;
+    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
+        double w = (double)band->weight[b];
+        if (w > 0.0)
+            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    }
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const double *far = own + band->bond[b].offset;
+        double w = (double)band->bond[b].weight;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_BAND_ALL)
+            pdi_band_pull(own, far, total, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
+        else if (whole == PD_BAND_MOST)
+            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
+        else
+            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, whole, sum);
+    }
+}
+
+PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double mu, double *force)
+{
+    int32_t i = band->first[k], count = band->first[k + 1] - i;
+    double sum[PD_DIM][PD_BAND_MOST];
+    for (int d = 0; d < PD_DIM; d++)
+        for (int n = 0; n < PD_BAND_MOST; n++) sum[d][n] = 0.0;
+    if (band->flows) pdi_band_sum(band, k, lambda, mu, 1, sum);
+    else pdi_band_sum(band, k, lambda, mu, 0, sum);
+    for (int n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];
+}
+
+#undef PDI_BAND_LINE
+#undef PDI_BAND_ALL
+#undef PDI_BAND_LINES
+#undef PDI_BAND_APART

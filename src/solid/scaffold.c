@@ -1,0 +1,599 @@
+/* scaffold: see scaffold.h */
+#include "solid/scaffold.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Boxes along an axis, at most: they are as wide as the longest bond where they are fewer. */
+#define PDI_SCAFFOLD_BOXES 1e6
+/* Sweeps forth and back on the coarsest level. */
+#define PDI_SCAFFOLD_SWEEPS 4
+
+enum { PDI_SCAFFOLD_CORNERS = 1 << PD_DIM, PDI_SCAFFOLD_BLOCK = PD_DIM * PD_DIM };
+
+static void pdi_scaffold_list(pdi_owner *owner, void *object)
+{
+    pd_scaffold *scaffold = (pd_scaffold *)object;
+    PDI_ARRAY(owner, scaffold, part, scaffold->body ? scaffold->body->count : 0, "1");
+    PDI_ARRAY(owner, scaffold, point, scaffold->body ? scaffold->body->count : 0, "1");
+}
+
+static void pdi_scaffold_part_list(pdi_owner *owner, void *object)
+{
+    pd_scaffold *scaffold = (pd_scaffold *)object;
+    int64_t parts = scaffold->level[0].parts;
+    PDI_ARRAY(owner, scaffold, first, parts + 1, "1");
+    PDI_ARRAY(owner, scaffold, sum, parts * PDI_SCAFFOLD_CORNERS * PD_DIM, "N");
+}
+
+/* Arrays by parts, by nodes, and by links. */
+static void pdi_scaffold_parts(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    PDI_ARRAY(owner, level, box, (int64_t)level->parts * PD_DIM, "1");
+    PDI_ARRAY(owner, level, node, (int64_t)level->parts * PDI_SCAFFOLD_CORNERS, "1");
+    PDI_ARRAY(owner, level, corner, (int64_t)level->parts * PDI_SCAFFOLD_CORNERS, "1");
+    PDI_ARRAY(owner, level, parent, level->parts, "1");
+    PDI_ARRAY(owner, level, lambda, level->parts, "N m");
+    PDI_ARRAY(owner, level, mu, level->parts, "N m");
+}
+
+static void pdi_scaffold_nodes(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    int64_t entries = (int64_t)level->nodes * PD_DIM;
+    PDI_ARRAY(owner, level, first, level->nodes + 1, "1");
+    PDI_ARRAY(owner, level, row, level->nodes + 1, "1");
+    PDI_ARRAY(owner, level, place, entries, "1");
+    PDI_ARRAY(owner, level, hold, entries, "N/m");
+    PDI_ARRAY(owner, level, inverse, entries * PD_DIM, "m/N");
+    PDI_ARRAY(owner, level, x, entries, "m");
+    PDI_ARRAY(owner, level, b, entries, "N");
+    PDI_ARRAY(owner, level, r, entries, "N");
+}
+
+static void pdi_scaffold_links(pdi_owner *owner, void *object)
+{
+    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    PDI_ARRAY(owner, level, column, level->links, "1");
+    PDI_ARRAY(owner, level, block, (int64_t)level->links * PDI_SCAFFOLD_BLOCK, "N/m");
+}
+
+/* ---- sets that unite ---- */
+
+/* The least member of the set of a. */
+static int32_t pdi_scaffold_root(int32_t *set, int32_t a)
+{
+    while (set[a] != a) a = set[a] = set[set[a]];
+    return a;
+}
+
+static void pdi_scaffold_unite(int32_t *set, int32_t a, int32_t b)
+{
+    a = pdi_scaffold_root(set, a);
+    b = pdi_scaffold_root(set, b);
+    if (a < b) set[b] = a;
+    else set[a] = b;
+}
+
+/* Numbers the sets of n members in order, in place. How many. */
+static int32_t pdi_scaffold_number(int32_t *set, int32_t n)
+{
+    int32_t count = 0;
+    for (int32_t a = 0; a < n; a++) set[a] = set[a] == a ? count++ : set[set[a]]; /* roots come first */
+    return count;
+}
+
+/* ---- parts and nodes ---- */
+
+/* Box of a point along the axes. */
+static void pdi_scaffold_box(const pd_scaffold *s, int32_t i, int32_t *box)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        box[d] = (int32_t)((s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width);
+}
+
+static int pdi_scaffold_same(const int32_t *a, const int32_t *b)
+{
+    for (int d = 0; d < PD_DIM; d++)
+        if (a[d] != b[d]) return 0;
+    return 1;
+}
+
+/* Parts of level 0: points of a box that bonds within it join. */
+static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
+{
+    const pd_body *body = s->body;
+    pd_scaffold_level *level = &s->level[0];
+    for (int32_t i = 0; i < body->count; i++) s->part[i] = i;
+    for (int32_t i = 0; i < body->count; i++) {
+        int32_t own[PD_DIM], far[PD_DIM];
+        pdi_scaffold_box(s, i, own);
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (body->column[b] <= i || body->broken[b]) continue;
+            pdi_scaffold_box(s, body->column[b], far);
+            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, body->column[b]);
+        }
+    }
+    for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
+    level->parts = pdi_scaffold_number(s->part, body->count);
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_part_list, s));
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, level));
+    for (int32_t i = 0; i < body->count; i++) s->first[s->part[i] + 1]++;
+    for (int32_t p = 0; p < level->parts; p++) s->first[p + 1] += s->first[p];
+    for (int32_t i = body->count - 1; i >= 0; i--) s->point[--s->first[s->part[i] + 1]] = i;
+    for (int32_t p = 0; p < level->parts; p++) s->first[p] = s->first[p + 1];
+    s->first[level->parts] = body->count;
+    for (int32_t p = 0; p < level->parts; p++) pdi_scaffold_box(s, s->point[s->first[p]], level->box + p * PD_DIM);
+    return PD_OK;
+}
+
+/* Parts p and q share the nodes that their boxes share. */
+static void pdi_scaffold_join(const pd_scaffold_level *level, int32_t p, int32_t q, int32_t *set)
+{
+    for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+        int b = 0, shared = 1;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t at = level->box[p * PD_DIM + d] + (a >> d & 1) - level->box[q * PD_DIM + d];
+            shared = shared && (at == 0 || at == 1);
+            b |= (at & 1) << d;
+        }
+        if (shared) pdi_scaffold_unite(set, p * PDI_SCAFFOLD_CORNERS + a, q * PDI_SCAFFOLD_CORNERS + b);
+    }
+}
+
+/* Joins parts of level 0 by bonds. seen [parts]. */
+static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
+{
+    const pd_body *body = s->body;
+    for (int32_t p = 0; p < s->level[0].parts; p++)
+        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
+            for (int64_t b = body->row[s->point[n]]; b < body->row[s->point[n] + 1]; b++) {
+                int32_t q = s->part[body->column[b]];
+                if (q <= p || body->broken[b] || seen[q] == p + 1) continue;
+                seen[q] = p + 1;
+                pdi_scaffold_join(&s->level[0], p, q, set);
+            }
+}
+
+/* The nodes of a level are the sets of corners: by colour, and what belongs to each. */
+static pd_status pdi_scaffold_nodal(pd_ctx *ctx, pd_scaffold_level *level, int32_t *set)
+{
+    int32_t corners = level->parts * PDI_SCAFFOLD_CORNERS, colour[PDI_SCAFFOLD_CORNERS + 1] = {0};
+    for (int32_t k = 0; k < corners; k++) set[k] = pdi_scaffold_root(set, k);
+    for (int way = 0; way < 2; way++) {
+        for (int32_t k = 0; k < corners; k++) {
+            int bits = 0;
+            if (set[k] != k) continue;
+            for (int d = 0; d < PD_DIM; d++)
+                bits |= ((level->box[k / PDI_SCAFFOLD_CORNERS * PD_DIM + d] + (k >> d & 1)) & 1) << d;
+            if (way == 0) level->colour[bits + 1]++;
+            else level->node[k] = level->colour[bits] + colour[bits]++;
+        }
+        for (int c = 0; c < PDI_SCAFFOLD_CORNERS && way == 0; c++) level->colour[c + 1] += level->colour[c];
+    }
+    level->nodes = level->colour[PDI_SCAFFOLD_CORNERS];
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_nodes, level));
+    for (int32_t k = 0; k < corners; k++) level->first[(level->node[k] = level->node[set[k]]) + 1]++;
+    for (int32_t v = 0; v < level->nodes; v++) level->first[v + 1] += level->first[v];
+    for (int32_t k = corners - 1; k >= 0; k--) level->corner[--level->first[level->node[k] + 1]] = k;
+    for (int32_t v = 0; v < level->nodes; v++) level->first[v] = level->first[v + 1];
+    level->first[level->nodes] = corners;
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t k = level->corner[level->first[v]];
+            level->place[v * PD_DIM + d] = level->box[k / PDI_SCAFFOLD_CORNERS * PD_DIM + d] + (k >> d & 1);
+        }
+    return PD_OK;
+}
+
+/* Parts of the next level: those of a box of twice the width that nodes join. */
+static pd_status pdi_scaffold_gather(pd_ctx *ctx, pd_scaffold_level *level, pd_scaffold_level *next)
+{
+    int32_t *box = level->box, *set = level->parent;
+    for (int32_t p = 0; p < level->parts; p++) set[p] = p;
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+            for (int32_t m = level->first[v]; m < k; m++) {
+                int32_t p = level->corner[k] / PDI_SCAFFOLD_CORNERS, q = level->corner[m] / PDI_SCAFFOLD_CORNERS;
+                int same = 1;
+                for (int d = 0; d < PD_DIM; d++) same = same && box[p * PD_DIM + d] / 2 == box[q * PD_DIM + d] / 2;
+                if (same) pdi_scaffold_unite(set, p, q);
+            }
+    for (int32_t p = 0; p < level->parts; p++) set[p] = pdi_scaffold_root(set, p);
+    next->parts = pdi_scaffold_number(set, level->parts);
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_parts, next));
+    for (int32_t p = 0; p < level->parts; p++)
+        for (int d = 0; d < PD_DIM; d++) next->box[set[p] * PD_DIM + d] = box[p * PD_DIM + d] / 2;
+    return PD_OK;
+}
+
+/* Joins parts of the next level by the nodes of this one. */
+static void pdi_scaffold_tie(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t *set)
+{
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+            for (int32_t m = level->first[v]; m < k; m++) {
+                int32_t p = level->parent[level->corner[k] / PDI_SCAFFOLD_CORNERS];
+                int32_t q = level->parent[level->corner[m] / PDI_SCAFFOLD_CORNERS];
+                if (p != q) pdi_scaffold_join(next, p, q, set);
+            }
+}
+
+/* Which nodes share a part. */
+static pd_status pdi_scaffold_pattern(pd_ctx *ctx, pd_scaffold_level *level)
+{
+    int32_t *seen = NULL;
+    pd_status status = PDI_NEW(ctx, "scaffold", level->nodes, seen);
+    for (int fills = 0; fills < 2 && status == PD_OK; fills++) {
+        int32_t links = 0;
+        for (int32_t v = 0; v < level->nodes; v++) {
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+                for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+                    int32_t w = level->node[level->corner[k] / PDI_SCAFFOLD_CORNERS * PDI_SCAFFOLD_CORNERS + a];
+                    if (seen[w] == 2 * v + 1 + fills) continue;
+                    seen[w] = 2 * v + 1 + fills;
+                    if (fills) level->column[links] = w;
+                    links++;
+                }
+            level->row[v + 1] = links;
+        }
+        level->links = links;
+        if (!fills) status = pdi_owner_build(ctx, pdi_scaffold_links, level);
+        memset(seen, 0, (size_t)level->nodes * sizeof *seen);
+    }
+    PDI_DELETE(ctx, level->nodes, seen);
+    return status;
+}
+
+/* Nodes and pattern of level k. */
+static pd_status pdi_scaffold_connect(pd_ctx *ctx, pd_scaffold *s, int k)
+{
+    pd_scaffold_level *level = &s->level[k];
+    int32_t *set = NULL, *seen = NULL, corners = level->parts * PDI_SCAFFOLD_CORNERS;
+    pd_status status = PDI_NEW(ctx, "scaffold", corners, set);
+    if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->parts, seen);
+    if (status == PD_OK) {
+        for (int32_t n = 0; n < corners; n++) set[n] = n;
+        if (k == 0) pdi_scaffold_bind(s, seen, set);
+        else pdi_scaffold_tie(&s->level[k - 1], level, set);
+        status = pdi_scaffold_nodal(ctx, level, set);
+    }
+    PDI_DELETE(ctx, corners, set);
+    PDI_DELETE(ctx, level->parts, seen);
+    PDI_TRY(status);
+    return pdi_scaffold_pattern(ctx, level);
+}
+
+/* 1: no box of a level lies beside another one. */
+static int pdi_scaffold_single(const pd_scaffold_level *level)
+{
+    for (int32_t k = 0; k < level->parts * PD_DIM; k++)
+        if (level->box[k] > 0) return 0;
+    return 1;
+}
+
+static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
+{
+    const pd_body *body = s->body;
+    s->width = body->horizon + 0.5 * body->spacing;
+    for (int d = 0; d < PD_DIM; d++) {
+        double lo = HUGE_VAL, hi = -HUGE_VAL;
+        for (int32_t i = 0; i < body->count; i++) {
+            lo = fmin(lo, body->position[(int64_t)i * PD_DIM + d]);
+            hi = fmax(hi, body->position[(int64_t)i * PD_DIM + d]);
+        }
+        s->lo[d] = lo - 0.5 * body->spacing;
+        s->width = fmax(s->width, (hi - lo) / PDI_SCAFFOLD_BOXES);
+    }
+    PDI_TRY(pdi_owner_build(ctx, pdi_scaffold_list, s));
+    PDI_TRY(pdi_scaffold_divide(ctx, s));
+    for (;;) {
+        int k = s->levels++;
+        PDI_TRY(pdi_scaffold_connect(ctx, s, k));
+        if (pdi_scaffold_single(&s->level[k]) || s->levels == PD_SCAFFOLD_LEVELS) return PD_OK;
+        PDI_TRY(pdi_scaffold_gather(ctx, &s->level[k], &s->level[k + 1]));
+    }
+}
+
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
+{
+    double bytes, parts = (double)count;
+    pd_body body;
+    pd_scaffold s;
+    memset(&body, 0, sizeof body);
+    memset(&s, 0, sizeof s);
+    body.count = count;
+    s.body = &body;
+    for (int d = 0; d < PD_DIM; d++) parts /= wide;
+    s.level[0].parts = (int32_t)parts + 1;
+    bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+        pd_scaffold_level *level = &s.level[k];
+        level->parts = (int32_t)parts + 1;
+        level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
+        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
+                          pdi_owner_bytes(pdi_scaffold_links, level));
+    }
+    return bytes;
+}
+
+PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
+{
+    memset(s, 0, sizeof *s);
+    s->body = body;
+    pd_status status = pdi_scaffold_make(ctx, s);
+    if (status < 0) pdi_scaffold_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *s)
+{
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS; k++) {
+        pdi_owner_free(ctx, pdi_scaffold_links, &s->level[k]);
+        pdi_owner_free(ctx, pdi_scaffold_nodes, &s->level[k]);
+        pdi_owner_free(ctx, pdi_scaffold_parts, &s->level[k]);
+    }
+    pdi_owner_free(ctx, pdi_scaffold_part_list, s);
+    pdi_owner_free(ctx, pdi_scaffold_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- operators ---- */
+
+/* The element of a box of width 1 and volume 1, for lambda = 1 and for mu = 1: [corner][corner][axis][axis] [-]. */
+typedef struct pdi_scaffold_element {
+    double lambda[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
+    double mu[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
+} pdi_scaffold_element;
+
+/* Value of the shape function of a corner at a place in the unit box, with the derivative along axis p (-1: none). */
+static inline double pdi_scaffold_shape(int corner, const double *at, int p)
+{
+    double value = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int upper = corner >> d & 1;
+        if (d == p) value *= upper ? 1.0 : -1.0;
+        else value *= upper ? at[d] : 1.0 - at[d];
+    }
+    return value;
+}
+
+/* Gauss's rule with two points an axis is exact. */
+static void pdi_scaffold_integrate(pdi_scaffold_element *e)
+{
+    memset(e, 0, sizeof *e);
+    for (int g = 0; g < PDI_SCAFFOLD_CORNERS; g++) {
+        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / PDI_SCAFFOLD_CORNERS;
+        for (int d = 0; d < PD_DIM; d++) at[d] = 0.5 + ((g >> d & 1) ? 0.5 : -0.5) / sqrt(3.0);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+            for (int p = 0; p < PD_DIM; p++) slope[a][p] = pdi_scaffold_shape(a, at, p);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+            for (int b = 0; b < PDI_SCAFFOLD_CORNERS; b++)
+                for (int p = 0; p < PD_DIM; p++)
+                    for (int q = 0; q < PD_DIM; q++) {
+                        double *mu = &e->mu[a][b][p * PD_DIM + q];
+                        e->lambda[a][b][p * PD_DIM + q] += share * slope[a][p] * slope[b][q];
+                        *mu += share * slope[a][q] * slope[b][p];
+                        for (int d = 0; d < PD_DIM && p == q; d++) *mu += share * slope[a][d] * slope[b][d];
+                    }
+    }
+}
+
+/* The operator of a level in boxes of a width. */
+static void pdi_scaffold_assemble(const pd_ctx *ctx, const pd_scaffold_level *level, double width)
+{
+    pdi_scaffold_element e;
+    double scale = 1.0 / (width * width);
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * 100);
+    (void)nt;
+    pdi_scaffold_integrate(&e);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double own[PDI_SCAFFOLD_BLOCK] = {0.0}, inverse[PDI_SCAFFOLD_BLOCK] = {0.0};
+        for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
+            double block[PDI_SCAFFOLD_BLOCK] = {0.0};
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++) {
+                int32_t part = level->corner[k] / PDI_SCAFFOLD_CORNERS, a = level->corner[k] % PDI_SCAFFOLD_CORNERS;
+                for (int b = 0; b < PDI_SCAFFOLD_CORNERS; b++) {
+                    if (level->node[part * PDI_SCAFFOLD_CORNERS + b] != level->column[m]) continue;
+                    for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+                        block[p] += scale * (level->lambda[part] * e.lambda[a][b][p] + level->mu[part] * e.mu[a][b][p]);
+                }
+            }
+            if (level->column[m] == v) {
+                for (int d = 0; d < PD_DIM; d++) block[d * PD_DIM + d] += level->hold[v * PD_DIM + d];
+                memcpy(own, block, sizeof own);
+            }
+            for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+                level->block[(int64_t)m * PDI_SCAFFOLD_BLOCK + p] = (float)block[p];
+        }
+        if (!(pdi_vec_invert(own, inverse) > 0.0)) memset(inverse, 0, sizeof inverse);
+        for (int p = 0; p < PDI_SCAFFOLD_BLOCK; p++)
+            level->inverse[(int64_t)v * PDI_SCAFFOLD_BLOCK + p] = (float)inverse[p];
+    }
+}
+
+/* Part of the next level that a node lies in, and its place in the box of that. */
+static int32_t pdi_scaffold_under(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t v, double *at)
+{
+    int32_t part = level->parent[level->corner[level->first[v]] / PDI_SCAFFOLD_CORNERS];
+    for (int d = 0; d < PD_DIM; d++)
+        at[d] = 0.5 * (level->place[v * PD_DIM + d] - 2 * next->box[part * PD_DIM + d]);
+    return part;
+}
+
+/* Add what stands at the nodes of a level to those of the next one. */
+static void pdi_scaffold_restrict(const pd_scaffold_level *level, const pd_scaffold_level *next, const double *from,
+                                  double *to)
+{
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double at[PD_DIM];
+        int32_t part = pdi_scaffold_under(level, next, v, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            int32_t w = next->node[part * PDI_SCAFFOLD_CORNERS + a];
+            for (int d = 0; d < PD_DIM; d++) to[w * PD_DIM + d] += share * from[v * PD_DIM + d];
+        }
+    }
+}
+
+static void pdi_scaffold_prolong(const pd_scaffold_level *level, const pd_scaffold_level *next)
+{
+    for (int32_t v = 0; v < level->nodes; v++) {
+        double at[PD_DIM];
+        int32_t part = pdi_scaffold_under(level, next, v, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            int32_t w = next->node[part * PDI_SCAFFOLD_CORNERS + a];
+            for (int d = 0; d < PD_DIM; d++) level->x[v * PD_DIM + d] += share * next->x[w * PD_DIM + d];
+        }
+    }
+}
+
+/* Place of a point in its box, from 0 to 1. */
+static void pdi_scaffold_at(const pd_scaffold *s, int32_t i, double *at)
+{
+    const int32_t *box = s->level[0].box + s->part[i] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++)
+        at[d] = (s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width - box[d];
+}
+
+PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *s, const double *lambda, const double *mu,
+                              const double *hold)
+{
+    double width = s->width;
+    pd_scaffold_level *first = &s->level[0];
+    for (int k = 0; k < s->levels; k++) {
+        pd_scaffold_level *level = &s->level[k];
+        memset(level->lambda, 0, (size_t)level->parts * sizeof *level->lambda);
+        memset(level->mu, 0, (size_t)level->parts * sizeof *level->mu);
+        memset(level->hold, 0, (size_t)level->nodes * PD_DIM * sizeof *level->hold);
+    }
+    for (int32_t i = 0; i < s->body->count; i++) {
+        double at[PD_DIM];
+        pdi_scaffold_at(s, i, at);
+        first->lambda[s->part[i]] += s->body->volume[i] * lambda[i];
+        first->mu[s->part[i]] += s->body->volume[i] * mu[i];
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS && hold; a++)
+            for (int d = 0; d < PD_DIM; d++)
+                first->hold[first->node[s->part[i] * PDI_SCAFFOLD_CORNERS + a] * PD_DIM + d] +=
+                    pdi_scaffold_shape(a, at, -1) * hold[(int64_t)i * PD_DIM + d];
+    }
+    for (int k = 0; k < s->levels; k++, width *= 2.0) {
+        pd_scaffold_level *level = &s->level[k], *next = &s->level[k + 1];
+        pdi_scaffold_assemble(ctx, level, width);
+        if (k + 1 == s->levels) break;
+        for (int32_t p = 0; p < level->parts; p++) {
+            next->lambda[level->parent[p]] += level->lambda[p];
+            next->mu[level->parent[p]] += level->mu[p];
+        }
+        pdi_scaffold_restrict(level, next, level->hold, next->hold);
+    }
+}
+
+/* ---- cycle ---- */
+
+/* b - A x of node v. */
+static inline void pdi_scaffold_rest(const pd_scaffold_level *level, int32_t v, double *rest)
+{
+    for (int d = 0; d < PD_DIM; d++) rest[d] = level->b[v * PD_DIM + d];
+    for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
+        const float *block = level->block + (int64_t)m * PDI_SCAFFOLD_BLOCK;
+        const double *x = level->x + level->column[m] * PD_DIM;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) rest[p] -= (double)block[p * PD_DIM + q] * x[q];
+    }
+}
+
+/* Gauss and Seidel, colour by colour. */
+static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
+    (void)nt;
+    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++) {
+        int colour = back ? PDI_SCAFFOLD_CORNERS - 1 - n : n;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
+            const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
+            double rest[PD_DIM];
+            pdi_scaffold_rest(level, v, rest);
+            for (int p = 0; p < PD_DIM; p++)
+                for (int q = 0; q < PD_DIM; q++)
+                    level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
+        }
+    }
+}
+
+static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
+{
+    const pd_scaffold_level *level = &s->level[k], *next = level + 1;
+    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
+    (void)nt;
+    memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
+    pdi_scaffold_sweep(ctx, level, 0);
+    if (k + 1 == s->levels) {
+        for (int n = 1; n < PDI_SCAFFOLD_SWEEPS; n++) {
+            pdi_scaffold_sweep(ctx, level, 1);
+            pdi_scaffold_sweep(ctx, level, 0);
+        }
+    } else {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
+        memset(next->b, 0, (size_t)next->nodes * PD_DIM * sizeof *next->b);
+        pdi_scaffold_restrict(level, next, level->r, next->b);
+        pdi_scaffold_cycle(ctx, s, k + 1);
+        pdi_scaffold_prolong(level, next);
+    }
+    pdi_scaffold_sweep(ctx, level, 1);
+}
+
+/* Forces of points, to the nodes of level 0. */
+static void pdi_scaffold_collect(const pd_ctx *ctx, const pd_scaffold *s, const double *f)
+{
+    const pd_scaffold_level *level = &s->level[0];
+    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < level->parts; p++) {
+        double *sum = s->sum + (int64_t)p * PDI_SCAFFOLD_CORNERS * PD_DIM, at[PD_DIM];
+        for (int k = 0; k < PDI_SCAFFOLD_CORNERS * PD_DIM; k++) sum[k] = 0.0;
+        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++) {
+            pdi_scaffold_at(s, s->point[n], at);
+            for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
+                for (int d = 0; d < PD_DIM; d++)
+                    sum[a * PD_DIM + d] += pdi_scaffold_shape(a, at, -1) * f[(int64_t)s->point[n] * PD_DIM + d];
+        }
+    }
+    for (int32_t v = 0; v < level->nodes; v++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double sum = 0.0;
+            for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
+                sum += s->sum[(int64_t)level->corner[k] * PD_DIM + d];
+            level->b[v * PD_DIM + d] = sum;
+        }
+}
+
+PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f, double *u)
+{
+    const pd_scaffold_level *level = &s->level[0];
+    int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
+    (void)nt;
+    pdi_scaffold_collect(ctx, s, f);
+    pdi_scaffold_cycle(ctx, s, 0);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->body->count; i++) {
+        double at[PD_DIM];
+        pdi_scaffold_at(s, i, at);
+        for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
+            double share = pdi_scaffold_shape(a, at, -1);
+            const double *x = level->x + level->node[s->part[i] * PDI_SCAFFOLD_CORNERS + a] * PD_DIM;
+            for (int d = 0; d < PD_DIM; d++) u[(int64_t)i * PD_DIM + d] += share * x[d];
+        }
+    }
+}
+
+#undef PDI_SCAFFOLD_BOXES
+#undef PDI_SCAFFOLD_SWEEPS
