@@ -107,16 +107,16 @@ static pd_status kirsch_run(val_job *job)
 static const val_part kirsch_middles = {
     "middles", "cut cells with the middle of their part", "cells to the radius", VAL_BY_N, NULL, 1.0, KIRSCH_MEASURES,
     {{4, 1e-2, 0.0, 24, VAL_GOAL}, {4, 0.0, 1.0, 0, VAL_GOAL}, {4, 5e-2, 0.0, 0, VAL_GUARD}}, 3,
-    {{6, 2.0, 2.0}, {12, 2.0, 2.0}, {24, 2.0, 2.0}}, 3, 2, kirsch_run, NULL};
+    {{12, 2.0, 2.0}, {24, 2.0, 2.0}, {48, 2.0, 2.0}}, 3, 2, kirsch_run, NULL};
 static const val_part kirsch_nearest = {
     "nearest", "the same with the nearest neighbours, m = 1", "cells to the radius", VAL_BY_N, NULL, 1.0,
     KIRSCH_MEASURES,
     {{4, 1e-2, 0.0, 24, VAL_GOAL}, {4, 0.0, 1.0, 0, VAL_GOAL_OF_ALL}, {4, 3e-2, 0.0, 0, VAL_GUARD}}, 3,
-    {{6, 1.0, 2.0}, {12, 1.0, 2.0}, {24, 1.0, 2.0}}, 3, 2, kirsch_run, NULL};
+    {{12, 1.0, 2.0}, {24, 1.0, 2.0}, {48, 1.0, 2.0}}, 3, 2, kirsch_run, NULL};
 static const val_part kirsch_cuts = {
-    "cuts", "kinds of cells at the surface, 12 to the radius", CUTS_COLUMN, VAL_BY_P, "kind", 0.0,
+    "cuts", "kinds of cells at the surface, 24 to the radius", CUTS_COLUMN, VAL_BY_P, "kind", 0.0,
     KIRSCH_MEASURES, {{4, 1e-1, 0.0, 0, VAL_GUARD}}, 1,
-    {{12, 2.0, 0.0}, {12, 2.0, 1.0}, {12, 2.0, 2.0}, {12, 2.0, 3.0}}, 4, 0, kirsch_run, NULL};
+    {{24, 2.0, 0.0}, {24, 2.0, 1.0}, {24, 2.0, 2.0}, {24, 2.0, 3.0}}, 4, 0, kirsch_run, NULL};
 static const val_part *const kirsch_parts[] = {&kirsch_middles, &kirsch_nearest, &kirsch_cuts};
 
 static const val_case kirsch_case = {
@@ -210,10 +210,10 @@ static pd_status lame_run(val_job *job)
 
 static const val_part lame_two = {
     "2", "m = 2", "cells across", VAL_BY_N, NULL, 1.0, LAME_MEASURES, LAME_GOALS,
-    {{8, 2.0, 2.0}, {16, 2.0, 2.0}, {32, 2.0, 2.0}}, 3, 2, lame_run, NULL};
+    {{16, 2.0, 2.0}, {32, 2.0, 2.0}, {64, 2.0, 2.0}}, 3, 2, lame_run, NULL};
 static const val_part lame_one = {
     "1", "the same with the nearest neighbours, m = 1", "cells across", VAL_BY_N, NULL, 1.0, LAME_MEASURES, LAME_GOALS,
-    {{8, 1.0, 2.0}, {16, 1.0, 2.0}, {32, 1.0, 2.0}}, 3, 2, lame_run, NULL};
+    {{16, 1.0, 2.0}, {32, 1.0, 2.0}, {64, 1.0, 2.0}}, 3, 2, lame_run, NULL};
 static const val_part lame_cuts = {
     "cuts", "kinds of cells at the surface, 16 across", CUTS_COLUMN, VAL_BY_P, "kind", 0.0,
     LAME_MEASURES, {{0, 1e-1, 0.0, 0, VAL_GUARD}}, 1,
@@ -256,7 +256,7 @@ static const val_part hill_part = {
     "", "", "cells across", VAL_BY_N, NULL, 1.0,
     {{"err_u", "u, beyond r = 1.8"}, {"err_hoop", "hoop stress, beyond 1.6"}}, 2,
     {{0, 1e-2, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 16, VAL_GOAL}}, 2,
-    {{8, 2.0, 2.0}, {12, 2.0, 2.0}, {16, 2.0, 2.0}}, 3, 2, hill_run, NULL};
+    {{8, 2.0, 2.0}, {16, 2.0, 2.0}, {32, 2.0, 2.0}}, 3, 2, hill_run, NULL};
 static const val_part *const hill_parts[] = {&hill_part};
 static const val_case hill_case = {
     "hill", "A tube whose metal flows",

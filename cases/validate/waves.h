@@ -122,11 +122,11 @@ static pd_status bar_wave_speed(val_job *job, const int *n, int springs, double 
     return PD_OK;
 }
 
-/* A bar twelve (3D: eight) times as long as wide. What it stretches along it contracts across, which has inertia: the
+/* A bar twelve times as long as wide. What it stretches along it contracts across, which has inertia: the
  * speed is lower by (nu k K)^2/2, with the polar radius K of inertia (Rayleigh; Love 1927, sec. 278). */
 static pd_status bar_wave_run(val_job *job)
 {
-    int wide = job->level.n, n[3] = {PD_DIM == 1 ? wide : (PD_DIM == 3 ? 8 : 12) * wide, wide, wide};
+    int wide = job->level.n, n[3] = {PD_DIM == 1 ? wide : 12 * wide, wide, wide};
     for (int springs = 0; springs < 2; springs++) {
         double speed, drift = 0.0, nu = !springs ? 0.3 : PD_DIM == 3 ? 0.25 : 1.0 / 3.0;
         double thin = val_pi / n[0] * nu * wide, inertia = PD_DIM == 1 ? 0.0 : thin * thin * (PD_DIM - 1) / 24.0;
