@@ -33868,9 +33868,6 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #include <math.h>
 #include <string.h>
 
-/* The balance is found anew when a point has lost this share of its stiffness, as much of a cell as a step may take. */
-#define PDI_STRUCTURE_CHANGE 0.02
-
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
@@ -34027,17 +34024,13 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 static void pdi_structure_stiffen(pd_structure *s)
 {
     const pd_dissolve *d = s->dissolve;
-    double change = 0.0;
-    for (int32_t i = 0; i < s->count && d; i++) {
+    for (int32_t i = 0; i < s->count; i++) {
         if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-        change = fmax(change, fabs(left - s->stiff[i]));
+        if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
+        s->stiff[i] = left;
+        s->rest.stale = 1;
     }
-    if (!(change > PDI_STRUCTURE_CHANGE) && !s->rest.stale) return;
-    for (int32_t i = 0; i < s->count && d; i++)
-        if (s->grid->kind[s->node[i]] == PD_SOLID)
-            s->stiff[i] = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-    s->rest.stale = 1;
 }
 
 static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
@@ -34102,8 +34095,6 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
     p.store = pdi_structure_store;
     return p;
 }
-
-#undef PDI_STRUCTURE_CHANGE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
