@@ -89,7 +89,8 @@
 
 /* 2D: metal whose bonds break, alone and as it dissolves: sides that move, a crack at the start, stress and flow. */
 #define BREAKS(time) \
-    "[cut a] points = -12 um, 0 um, -9 um, 0 um\n[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side y+] uy = " time "\n[output] every = 1 s" \
+    "[cut a] points = -12 um, 0 um, -9 um, 0 um\n" \
+    "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side y+] uy = " time "\n[output] every = 1 s" \
     "  fields = u, mises, broken  images = broken" SLICE "\n[line b] from = -11 um" ZERO "  to = 3 um" ZERO \
     "  points = 9  fields = u, broken\n"
 #define SOLID_BREAKS \

@@ -10,7 +10,8 @@ static pd_status pdi_read_cuts_points(pdi_reader *s, int section, pd_setup_cut *
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
     int count;
-    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_CUTS_NUMBERS, cut->corner, &count));
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_CUTS_NUMBERS, cut->corner,
+                             &count));
     cut->corners = count / PD_DIM;
     if (count % PD_DIM || cut->corners < PDI_READ_CUTS_LEAST || (PD_DIM == 1 && count > 1))
         return pdi_text_refuse(s->ctx, s->text, section, "points", "found %d number%s, expected %s, %d number%s each",
@@ -60,7 +61,8 @@ static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut
     for (int k = 0; k < 2; k++)
         if (!(cut->radius[k + 1] - cut->radius[k] >= least * (1.0 - 1e-9)) || !(cut->radius[0] >= 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %.6g and %.6g m, expected growing radii"
-                                   " a horizon m h or more apart, here %.6g m", cut->radius[k], cut->radius[k + 1], least);
+                                   " a horizon m h or more apart, here %.6g m", cut->radius[k], cut->radius[k + 1],
+                                   least);
     cut->rings = 2;
     return PD_OK;
 }
