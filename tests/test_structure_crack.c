@@ -131,7 +131,8 @@ TEST(strip)
     scene_case *c = build(
         "[grid] h = 0.5 um  box = 0 .. 40 um, 0 .. 20 um\n[shape bar] box = 0 .. 40 um, 0 .. 20 um  kind = solid\n"
         "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n"
-        "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
+        "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n"
+        "[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
     if (!c || !CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return;
     if (!CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
     const pd_monitor *m = c->monitors.monitor + 3;
