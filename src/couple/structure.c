@@ -76,6 +76,25 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
     return PD_OK;
 }
 
+/* Break the bonds that cross a cut, a piece of its line after another. */
+static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
+{
+    int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
+    int64_t broken, all = 0;
+    for (int k = 0; k < pieces; k++) {
+        char message[PD_MESSAGE_SIZE];
+        pd_cut piece;
+        piece.corners = PD_DIM == 2 && cut->corners > 2 ? 2 : cut->corners;
+        piece.corner = cut->corner + k * PD_DIM;
+        pd_status status = pd_body_cut(ctx, &s->body, &piece, 1, &broken);
+        memcpy(message, ctx->message, sizeof message);
+        if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        all += broken;
+    }
+    if (all) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+}
+
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -84,9 +103,11 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
+    s->desc.cuts = NULL;
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
+    for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
     PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
