@@ -27935,7 +27935,7 @@ static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, doubl
 
 /* What is held moves by a part of what it asks for, which follows from what it asked for before and after the last move
  * (Aitken; Kuettler and Wall 2008). */
-static void pdi_quasi_static_move(pd_quasi_static *q, int again)
+static void pdi_quasi_static_move(pd_quasi_static *q, int moved)
 {
     double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
     for (int64_t k = 0; k < q->n; k++) {
@@ -27943,7 +27943,7 @@ static void pdi_quasi_static_move(pd_quasi_static *q, int again)
         along += was[k] * change;
         square += change * change;
     }
-    q->relax = again && square > 0.0 ? -q->relax * along / square : 1.0;
+    q->relax = moved && square > 0.0 ? -q->relax * along / square : 1.0;
     if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
     if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
     memcpy(was, now, (size_t)q->n * sizeof *was);
@@ -27954,11 +27954,11 @@ static void pdi_quasi_static_move(pd_quasi_static *q, int again)
  * starts from its last state in each round: what it would do on the way leaves no trace. */
 static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
-    int differs = 1;
+    int differs = 1, moved = 0;
     for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
         PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
         if (again && !differs) return PD_OK;
-        pdi_quasi_static_move(q, again);
+        if (differs) pdi_quasi_static_move(q, moved++);
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
         pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status != PD_OK) return status;
