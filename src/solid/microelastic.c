@@ -137,21 +137,24 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
     double *stiffness = NULL;
     PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
     pdi_microelastic_sum(m, 0, NULL, &whole);
-    for (int32_t i = 0; i < body->count; i++)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_sum sum[PD_DIM];
+        memset(sum, 0, sizeof sum);
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
-            for (int a = 0; a < PD_DIM; a++)
-                stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
+            for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
             m->weight[b] = (float)weight;
         }
+        for (int a = 0; a < PD_DIM; a++) stiffness[(int64_t)i * PD_DIM + a] = pdi_sum_total(&sum[a]);
+    }
     for (int32_t i = 0; i < body->count; i++)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
                                                     stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
             m->weight[b] = (float)((double)m->weight[b] * factor);

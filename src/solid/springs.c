@@ -136,6 +136,12 @@ PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+{
+    pdi_body_bond(s->body, i, b, xi);
+    for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
+}
+
 /* The kind of bond b of band k, by the first of its points that has it. */
 static int32_t pdi_springs_kind_of(const pd_springs *s, int32_t k, const pd_band_bond *bond)
 {
@@ -332,15 +338,6 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
     return broken;
 }
 
-static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
-{
-    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) {
-        double *part = sums->part[p / PD_DIM][p % PD_DIM];
-        for (int n = 0; n < whole; n++) part[n] = 0.0;
-    }
-    for (int n = 0; n < whole; n++) sums->high[n] = sums->low[n] = 0.0;
-}
-
 /* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
 static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
 {
@@ -361,11 +358,11 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
     double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
-    pdi_springs_zero(whole, &sums);
+    memset(&sums, 0, sizeof sums);
     if (s->lattice && count > 1) {
         pdi_springs_collect(s, k, whole, &sums);
         while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
-        if (n < count) pdi_springs_zero(whole, &sums);
+        if (n < count) memset(&sums, 0, sizeof sums);
     }
     for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
     pdi_springs_fold(whole, &sums);
