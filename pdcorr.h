@@ -27338,6 +27338,9 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 #include <stdlib.h>
 #include <string.h>
 
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_SPRINGS_ALL UINT32_MAX
+
 /* Rounding of places, over the spacing: bonds of whole spacings lead to places of a lattice. */
 #define PDI_SPRINGS_ROUNDING 1e-9
 /* Longest bond of a lattice, in spacings along an axis. */
@@ -27562,6 +27565,13 @@ PDI_INLINE double pdi_springs_series(double e)
     return sum * e + 0.5;
 }
 
+static inline double pdi_springs_pull(double e)
+{
+    if (fabs(e) <= PDI_SPRINGS_SMALL) return e * pdi_springs_series(e);
+    double root = sqrt(1.0 + e);
+    return e / (root * (1.0 + root));
+}
+
 /* Sums of a band. */
 typedef struct pdi_springs_sums {
     double part[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
@@ -27585,7 +27595,7 @@ PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_
             more += eta * (xi[d] + y[d]);
         }
         double e = more * over;
-        if (lanes != UINT32_MAX) e = (lanes >> n & 1u) ? e : 0.0;
+        if (lanes != PDI_SPRINGS_ALL) e = (lanes >> n & 1u) ? e : 0.0;
         high[n] = e > high[n] ? e : high[n];
         low[n] = e < low[n] ? e : low[n];
         double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_springs_series(e));
@@ -27604,7 +27614,7 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         const double *far = own + band->bond[b].offset;
         double weight = (double)band->bond[b].weight * kind->stiff;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == UINT32_MAX) pdi_springs_add(own, far, total, kind, weight, UINT32_MAX, PD_BAND_MOST, sums);
+        if (lanes == PDI_SPRINGS_ALL) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
         else pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
     }
 }
@@ -27655,7 +27665,7 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
             more += eta * (kind.xi[d] + y[d]);
         }
         if (!s->lattice) kind.over = 1.0 / square, kind.stiff = sqrt(kind.over);
-        double e = more * kind.over, weight = (double)bond->weight * kind.stiff, root = sqrt(1.0 + e);
+        double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
         if (e > top) {
             int32_t i = band->first[k] + n;
             *released += pdi_springs_release(s, sweep, i, i + bond->offset, (double)bond->weight);
@@ -27664,20 +27674,10 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
             broken++;
             continue;
         }
-        double part = fabs(e) <= PDI_SPRINGS_SMALL ? e * pdi_springs_series(e) : e / (root * (1.0 + root));
-        double share = weight * far[PDI_BAND_VOLUME * total] * part;
+        double share = weight * far[PDI_BAND_VOLUME * total] * pdi_springs_pull(e);
         for (int d = 0; d < PD_DIM; d++) sums->part[kind.part][d][n] += share * y[d];
     }
     return broken;
-}
-
-static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
-{
-    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) {
-        double *part = sums->part[p / PD_DIM][p % PD_DIM];
-        for (int n = 0; n < whole; n++) part[n] = 0.0;
-    }
-    for (int n = 0; n < whole; n++) sums->high[n] = sums->low[n] = 0.0;
 }
 
 /* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
@@ -27700,11 +27700,11 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
     double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
-    pdi_springs_zero(whole, &sums);
-    if (s->lattice && count > 1) {
+    memset(&sums, 0, sizeof sums);
+    if (s->lattice) {
         pdi_springs_collect(s, k, whole, &sums);
         while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
-        if (n < count) pdi_springs_zero(whole, &sums);
+        if (n < count) memset(&sums, 0, sizeof sums);
     }
     for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
     pdi_springs_fold(whole, &sums);
@@ -27741,6 +27741,7 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #undef PDI_SPRINGS_REACH
 #undef PDI_SPRINGS_SMALL
 #undef PDI_SPRINGS_VECTOR
+#undef PDI_SPRINGS_ALL
 
 /* ======== >>solid/microelastic.c ======== */
 /* microelastic: see microelastic.h */
