@@ -281,8 +281,10 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         const double *far = own + band->bond[b].offset;
         double weight = (double)band->bond[b].weight * kind->stiff;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_SPRINGS_ALL) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
-        else pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        if (lanes == PDI_SPRINGS_ALL)
+            pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
+        else
+            pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
     }
 }
 
