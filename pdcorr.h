@@ -135,6 +135,7 @@
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
  *     picture    a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp.
+ *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
@@ -5806,6 +5807,30 @@ PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_pictur
 
 #endif
 
+/* ======== >>io/warp.h ======== */
+/* warp: pictures of cells that have moved.
+ *
+ * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and hold
+ * together, so there is no gap between those, and a crack between cells opens.
+ */
+#ifndef PD_WARP_H
+#define PD_WARP_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_warp {
+    const pd_picture *still; /* the picture without displacements; magnification is not used */
+    const double *move;      /* [2][nx * ny] [m] displacements as they are drawn; NaN: the cell stays */
+    int (*joined)(const void *user, int cell, int other); /* do both hold together? */
+    const void *user;
+} pdi_warp;
+
+/* Draw into an RGB image (freed by pdi_image_free), on paper that is wide enough for all that moves. Also
+ * PD_ERR_ARGUMENT: displacements of more than ten times the size of the picture. */
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *warp, pd_image *image);
+#endif
+
+#endif
+
 /* ======== >>io/plot.h ======== */
 /* plot: curves and markers over two axes as a PNG. */
 #ifndef PD_PLOT_H
@@ -6781,6 +6806,7 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
+    double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
@@ -7157,7 +7183,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
- *                slice = z 0 um  prefix  folder
+ *                slice = z 0 um  deformed = 100  prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm
@@ -27551,7 +27577,8 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 
 /* ---- forces ---- */
 
-/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the binomial series of phi. */
+/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the series
+ * of phi. */
 PDI_INLINE double pdi_springs_series(double e)
 {
     double sum = 12155.0 / 65536.0;
@@ -27614,8 +27641,10 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         const double *far = own + band->bond[b].offset;
         double weight = (double)band->bond[b].weight * kind->stiff;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_SPRINGS_ALL) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
-        else pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        if (lanes == PDI_SPRINGS_ALL)
+            pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
+        else
+            pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
     }
 }
 
@@ -35108,6 +35137,182 @@ pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *pict
     return status;
 }
 
+/* ======== >>io/warp.c ======== */
+/* warp: see warp.h */
+#include <math.h>
+#include <string.h>
+
+/* Pixels that the width and the height aim at, as of pictures. */
+#define PDI_WARP_WIDTH 1000
+#define PDI_WARP_HEIGHT 900
+/* Displacements over the size of the picture, at most. */
+#define PDI_WARP_MOST 10.0
+/* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
+#define PDI_WARP_SEAM 1e-6
+
+/* The paper: square pixels. */
+typedef struct pdi_warp_paper {
+    double lo[2], size; /* [m] corner, width of a pixel */
+    int n[2];
+    double *value;      /* [n[0] * n[1]] [-] */
+    uint8_t *paint;     /* [n[0] * n[1]] */
+} pdi_warp_paper;
+
+/* The corner of the cell (i, j), s = 0 or 1 to the right, t = 0 or 1 upward [m]: the mean over the cells that meet
+ * there and that a chain of pairs joins to this one. */
+static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *at)
+{
+    const pd_picture *p = w->still;
+    int cell[4], in[4] = {1, 0, 0, 0}, count = 0;
+    size_t cells = (size_t)p->nx * (size_t)p->ny;
+    double sum[2] = {0.0, 0.0};
+    for (int k = 0; k < 4; k++) {
+        int column = i + (k & 1) * (2 * s - 1), row = j + (k >> 1) * (2 * t - 1);
+        cell[k] = column >= 0 && column < p->nx && row >= 0 && row < p->ny ? row * p->nx + column : -1;
+        if (cell[k] >= 0 && isnan(w->move[cell[k]])) cell[k] = -1;
+    }
+    for (int round = 0; round < 3; round++)
+        for (int a = 0; a < 4; a++)
+            for (int b = 0; b < 4; b++)
+                if (in[a] && !in[b] && cell[b] >= 0) in[b] = w->joined(w->user, cell[a], cell[b]);
+    for (int k = 0; k < 4; k++) {
+        if (!in[k]) continue;
+        for (int d = 0; d < 2; d++) sum[d] += w->move[(size_t)d * cells + (size_t)cell[k]];
+        count++;
+    }
+    at[0] = p->lo[0] + (i + s) * (p->hi[0] - p->lo[0]) / p->nx + sum[0] / count;
+    at[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
+}
+
+/* Four corners, in turn, of the cell. */
+static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
+{
+    for (int k = 0; k < 4; k++)
+        pdi_warp_corner(w, cell % w->still->nx, cell / w->still->nx, k == 1 || k == 2, k >> 1, at[k]);
+}
+
+/* Paper for the box and all that moves. */
+static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    double hi[2] = {p->hi[0], p->hi[1]}, wide[2], at[4][2];
+    memcpy(paper->lo, p->lo, sizeof p->lo);
+    for (int cell = 0; cell < p->nx * p->ny; cell++) {
+        if (isnan(w->move[cell])) continue;
+        pdi_warp_cell(w, cell, at);
+        for (int k = 0; k < 8; k++) {
+            double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
+            if (!(fabs(x - p->lo[k % 2]) <= PDI_WARP_MOST * size))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
+                                "%g m, expected at most ten times as much: choose a smaller factor",
+                                x - p->lo[k % 2], size);
+            paper->lo[k % 2] = fmin(paper->lo[k % 2], x);
+            hi[k % 2] = fmax(hi[k % 2], x);
+        }
+    }
+    for (int d = 0; d < 2; d++) wide[d] = hi[d] - paper->lo[d];
+    paper->size = fmax(wide[0] / PDI_WARP_WIDTH, wide[1] / PDI_WARP_HEIGHT);
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
+    return PD_OK;
+}
+
+/* What stays: blank paper outside of the box, and where cells have gone. */
+static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    for (int y = 0; y < paper->n[1]; y++)
+        for (int x = 0; x < paper->n[0]; x++) {
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            double column = (paper->lo[0] + (x + 0.5) * paper->size - p->lo[0]) / (p->hi[0] - p->lo[0]) * p->nx;
+            double row = (paper->lo[1] + (y + 0.5) * paper->size - p->lo[1]) / (p->hi[1] - p->lo[1]) * p->ny;
+            paper->paint[to] = PD_PAINT_OUTSIDE;
+            if (!(column >= 0.0 && column < p->nx && row >= 0.0 && row < p->ny)) continue;
+            size_t cell = (size_t)row * (size_t)p->nx + (size_t)column;
+            if (!isnan(w->move[cell])) continue;
+            paper->value[to] = p->values[cell];
+            paper->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+/* Does the triangle of the corners a, b, c hold the point? On either side of its plane. */
+static int pdi_warp_holds(const double *a, const double *b, const double *c, const double *x)
+{
+    const double *corner[4] = {a, b, c, a};
+    int left = 1, right = 1;
+    for (int k = 0; k < 3; k++) {
+        const double *p = corner[k], *q = corner[k + 1];
+        double turn = (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
+        double rounding = PDI_WARP_SEAM * (fabs(q[0] - p[0]) + fabs(q[1] - p[1]));
+        left = left && turn >= -rounding;
+        right = right && turn <= rounding;
+    }
+    return left || right;
+}
+
+/* Paint the pixels whose middles lie in the cell. */
+static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
+{
+    double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
+    int first[2], last[2];
+    pdi_warp_cell(w, cell, at);
+    for (int k = 0; k < 8; k++) { /* in pixels */
+        double *x = &at[k / 2][k % 2];
+        *x = (*x - paper->lo[k % 2]) / paper->size;
+        lo[k % 2] = fmin(lo[k % 2], *x);
+        hi[k % 2] = fmax(hi[k % 2], *x);
+    }
+    for (int d = 0; d < 2; d++) {
+        first[d] = (int)fmax(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)fmin(paper->n[d] - 1.0, ceil(hi[d]));
+    }
+    for (int y = first[1]; y <= last[1]; y++)
+        for (int x = first[0]; x <= last[0]; x++) {
+            double middle[2] = {x + 0.5, y + 0.5};
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            if (!pdi_warp_holds(at[0], at[1], at[2], middle) && !pdi_warp_holds(at[0], at[2], at[3], middle)) continue;
+            paper->value[to] = w->still->values[cell];
+            paper->paint[to] = w->still->paint ? w->still->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, pd_image *image)
+{
+    pd_picture picture = *w->still;
+    int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->value));
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->paint));
+    pdi_warp_ground(w, paper);
+    for (int cell = 0; cell < w->still->nx * w->still->ny; cell++)
+        if (!isnan(w->move[cell])) pdi_warp_fill(w, cell, paper);
+    picture.nx = paper->n[0];
+    picture.ny = paper->n[1];
+    picture.values = paper->value;
+    picture.paint = paper->paint;
+    picture.magnification = 1;
+    for (int d = 0; d < 2; d++) {
+        picture.lo[d] = paper->lo[d];
+        picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
+    }
+    return pdi_picture_draw(ctx, &picture, image);
+}
+
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+{
+    pdi_warp_paper paper;
+    memset(&paper, 0, sizeof paper);
+    memset(image, 0, sizeof *image);
+    PDI_TRY(pdi_warp_extent(ctx, w, &paper));
+    pd_status status = pdi_warp_paint(ctx, w, &paper, image);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
+    return status;
+}
+
+#undef PDI_WARP_WIDTH
+#undef PDI_WARP_HEIGHT
+#undef PDI_WARP_MOST
+#undef PDI_WARP_SEAM
+
 /* ======== >>io/plot.c ======== */
 /* plot: see plot.h */
 #include <math.h>
@@ -40098,7 +40303,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
-    {"output", "every, fields, images, slice, prefix, folder"},
+    {"output", "every, fields, images, deformed, slice, prefix, folder"},
     {"probe", "at, fields"},
     {"line", "from, to, points, spacing, fields, images"},
     {"plane", "at"},
@@ -42813,6 +43018,17 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
+/* Pictures of the metal as it has moved. */
+static pd_status pdi_scene_deformed(pdi_reader *s, int section)
+{
+    if (!pdi_text_has(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (PD_DIM == 1 || !s->setup->has_solid)
+        return pdi_text_refuse(s->ctx, s->text, section, "deformed", PD_DIM == 1 ?
+                               "found in 1D, where images are curves, expected it in 2D and 3D" :
+                               "found without [solid], whose displacements it magnifies");
+    return pdi_reader_not_negative(s, section, "deformed", "", NULL, &s->setup->deformed);
+}
+
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -42829,6 +43045,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
@@ -43867,7 +44084,10 @@ static double pdi_footprint_pictures(const pd_setup *u)
     double scale = fmin(1000.0 / lx, 900.0 / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
-    return fmax(largest, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+    double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
+    if (u->deformed > 0.0) /* at its largest, with the paper and the displacements */
+        all = 6.0 * 1230.0 * 1040.0 + PDI_FOOTPRINT_PACK + 9.0 * 1000.0 * 900.0 + 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+    return fmax(largest, all);
 }
 
 /* Fields that files need a copy of, and the largest picture. */
@@ -45047,11 +45267,17 @@ static void pdi_output_plane(const pd_setup *u, int *right, int *up)
     *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
 }
 
+/* Does the metal have the field? */
+static int pdi_output_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
 static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-                field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+    int solid = pdi_output_metal(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -45071,42 +45297,108 @@ static int pdi_output_below(const pd_model *m, int up)
     return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
 }
 
+/* The node that a cell of the drawn plane shows. */
+static int32_t pdi_output_node(const pd_model *m, int right, int up, int64_t cell)
+{
+    int below = pdi_output_below(m, up), nx = m->grid.n[right], row = (int)(cell / nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+    }
+    i[up] = row < below ? below - 1 - row : row - below;
+    i[right] = (int)(cell % nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int below = pdi_output_below(m, up);
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
-    for (int d = 0; d < PD_DIM; d++) {
-        double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, right, up, k);
+        out->cell[k] = pdi_sample_node(m, field, node);
+        out->paint[k] = (uint8_t)pdi_output_paint(m, field, node);
     }
-    for (int row = 0; row < ny; row++)
-        for (int column = 0; column < nx; column++) {
-            i[up] = row < below ? below - 1 - row : row - below;
-            i[right] = column;
-            int32_t node = pd_grid_node(&m->grid, i);
-            int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_sample_node(m, field, node);
-            out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
-        }
+}
+
+/* ---- pictures of the metal as it has moved ---- */
+
+typedef struct pdi_output_view {
+    const pd_model *model;
+    int right, up, whole; /* axes of the plane; 1: no bond is broken */
+} pdi_output_view;
+
+/* Is there a bond between the metal of both cells? */
+static int pdi_output_joined(const void *user, int cell, int other)
+{
+    const pdi_output_view *v = (const pdi_output_view *)user;
+    const pd_structure *s = &v->model->structure;
+    int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
+    int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
+    if (v->whole) return 1;
+    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
+        if (s->body.column[b] == j) return !s->body.broken[b];
+    return 0;
+}
+
+/* Displacements of the cells as they are drawn [2][cells] [m]; NaN: the cell is no metal. */
+static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, double *move)
+{
+    const pd_model *m = v->model;
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
+        const double *u = m->structure.rest.u + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
+        move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
+    }
+}
+
+static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_picture *picture, int right, int up,
+                                   const char *path)
+{
+    const pd_body *body = &out->model->structure.body;
+    pdi_output_view view;
+    pdi_warp warp;
+    pd_image image;
+    double *move = NULL;
+    view.model = out->model;
+    view.right = right;
+    view.up = up;
+    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
+    pdi_output_moves(out, &view, move);
+    warp.still = picture;
+    warp.move = move;
+    warp.joined = pdi_output_joined;
+    warp.user = &view;
+    pd_status status = pdi_warp_draw(ctx, &warp, &image);
+    if (status == PD_OK) {
+        status = pdi_png_write(ctx, path, &image);
+        pdi_image_free(ctx, &image);
+    }
+    PDI_DELETE(ctx, 2 * out->cells, move);
+    return status;
 }
 
 static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
 {
     char place[PD_UNITS_TEXT];
-    if (PD_DIM < 3) {
-        snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
-        return;
+    size_t used = 0;
+    if (PD_DIM < 3) snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
+    else {
+        pdi_setup_show(u->slice_at, "m", place);
+        snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
     }
-    pdi_setup_show(u->slice_at, "m", place);
-    snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
+    used = strlen(title);
+    if (pdi_output_metal(field) && u->deformed > 0.0)
+        snprintf(title + used, size - used, ", displacements x %g", u->deformed);
 }
 
 static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
 {
     const pd_model *m = out->model;
     int right, up;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8];
     pd_picture picture;
     memset(&picture, 0, sizeof picture);
     pdi_output_plane(m->setup, &right, &up);
@@ -45127,6 +45419,8 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.title = title;
     picture.stamp = stamp;
     picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
+    if (pdi_output_metal(field) && m->setup->deformed > 0.0)
+        return pdi_output_warped(ctx, out, &picture, right, up, path);
     return pd_picture_write(ctx, path, &picture);
 }
 

@@ -345,7 +345,10 @@ static double pdi_footprint_pictures(const pd_setup *u)
     double scale = fmin(1000.0 / lx, 900.0 / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
-    return fmax(largest, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+    double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
+    if (u->deformed > 0.0) /* at its largest, with the paper and the displacements */
+        all = 6.0 * 1230.0 * 1040.0 + PDI_FOOTPRINT_PACK + 9.0 * 1000.0 * 900.0 + 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+    return fmax(largest, all);
 }
 
 /* Fields that files need a copy of, and the largest picture. */

@@ -24,7 +24,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
-    {"output", "every, fields, images, slice, prefix, folder"},
+    {"output", "every, fields, images, deformed, slice, prefix, folder"},
     {"probe", "at, fields"},
     {"line", "from, to, points, spacing, fields, images"},
     {"plane", "at"},

@@ -218,7 +218,8 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 
 /* ---- forces ---- */
 
-/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the binomial series of phi. */
+/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the series
+ * of phi. */
 PDI_INLINE double pdi_springs_series(double e)
 {
     double sum = 12155.0 / 65536.0;
