@@ -14,8 +14,9 @@
  *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:
  *       #define PDCORR_NO_SCENE          leaves out scene and run
  *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it
- *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run
- *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with
+ *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/structure, and scene and run
+ *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those
+ *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with
  *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.
  *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that
  *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a
@@ -109,6 +110,10 @@
  *     springs    forces of bonds that are springs, for many points at a time, and which of them break.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
+ *     tensor     vectors and tensors of mechanics in loops over bonds.
+ *     finite_law energy and stress of one place of a solid at large strains.
+ *     finite     large strains of a body by correspondence.
+ *     bone       stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
  *   metal/
  *     material   properties of metals that dissolve, as presets with their sources, and their kinetics as data.
  *     grain      Voronoi grains of a polycrystal and the volume fraction of their boundaries.
@@ -197,7 +202,9 @@
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, metal, couple, scene, run; kernels (core, lattice, solve) stay
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
+ *                          stay
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -272,7 +279,8 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || defined(PDCORR_NO_PHYSICS)
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -1776,10 +1784,12 @@ typedef struct pd_krylov_desc {
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
+    const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
+                         * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol and zero_guess of desc may be changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -1822,7 +1832,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
- * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * out of a callback, or CG met an indefinite operator or a direction without stiffness, which is vector 1 of the work;
+ * x is the best iterate seen. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
@@ -3614,6 +3625,9 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>solid/rim.h ======== */
 /* rim: the part of a cell of a lattice that lies within a ball.
@@ -3900,6 +3914,8 @@ typedef struct pd_scaffold {
 /* Boxes, parts and nodes of a body with the bonds that it has now. */
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *scaffold);
 PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *scaffold);
+/* [byte] of that for a compact body of so many points whose boxes are `wide` points wide. */
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide);
 /* Moduli [count] [Pa] of the points and springs that hold them, hold [count][PD_DIM] [N/m]: 0 for what is free. */
 PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *scaffold, const double *lambda, const double *mu,
                               const double *hold);
@@ -3962,7 +3978,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
 #ifndef PD_BAND_H
 #define PD_BAND_H
 
-enum { PD_BAND_MOST = 32 /* points of a band */ };
+#define PD_BAND_MOST 32 /* points of a band */
 
 /* A bond that points of a band have. */
 typedef struct pd_band_bond {
@@ -4124,6 +4140,8 @@ typedef struct pd_equilibrium_desc {
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
                             * 1e-10 */
     int max_iterations;    /* 0: 10000 */
+    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
+                            * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
@@ -4139,7 +4157,7 @@ typedef struct pd_equilibrium_result {
  * all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
  * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
- * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
@@ -4152,6 +4170,7 @@ typedef struct pdi_equilibrium {
     const double *load;
     int64_t n;     /* components of all points */
     double size;   /* [N] of the problem, which residuals are over */
+    double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
@@ -4171,10 +4190,12 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
 /* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
 PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse blocks. Components that are held are left out. */
+/* Inverse blocks and their diagonals, at the last u. Components that are held are left out. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
 /* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
+/* 1: loads turn a piece that does not resist: strains are small, so it does not turn to where they balance. */
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
@@ -4489,6 +4510,274 @@ PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
 #endif
 
 #endif
+
+/* ======== >>solid/tensor.h ======== */
+/* tensor: vectors and tensors of mechanics in loops over bonds.
+ *
+ * Tensors are row-major, PD_DIM x PD_DIM.
+ */
+#ifndef PD_TENSOR_H
+#define PD_TENSOR_H
+
+#ifdef PDI_INTERNAL
+enum { PDI_TENSOR = PD_DIM * PD_DIM };
+
+/* Scalar product. */
+static inline double pdi_tensor_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+/* a : b. */
+static inline double pdi_tensor_pair(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < PDI_TENSOR; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+/* y = A x. */
+static inline void pdi_tensor_times(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
+    }
+}
+
+/* c = a b, a b^T, a^T b. */
+static inline void pdi_tensor_product(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline void pdi_tensor_product_right(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[q * PD_DIM + k];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+static inline void pdi_tensor_product_left(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[k * PD_DIM + p] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+/* Determinant, and c = det a^-T of any tensor. */
+static inline double pdi_tensor_cofactor(const double *a, double *c)
+{
+    if (PD_DIM == 1) c[0] = 1.0;
+    if (PD_DIM == 2)
+        for (int k = 0; k < PDI_TENSOR; k++) c[k] = (k == 0 || k == 3 ? 1.0 : -1.0) * a[PDI_TENSOR - 1 - k];
+    if (PD_DIM == 3)
+        for (int k = 0; k < PDI_TENSOR; k++) {
+            int p = (k / PD_DIM + 1) % PD_DIM, r = (p + 1) % PD_DIM, q = (k + 1) % PD_DIM, s = (q + 1) % PD_DIM;
+            c[k] = a[p * PD_DIM + q] * a[r * PD_DIM + s] - a[p * PD_DIM + s] * a[r * PD_DIM + q];
+        }
+    return pdi_tensor_dot(a, c);
+}
+#endif
+
+#endif
+
+/* ======== >>solid/finite_law.h ======== */
+/* finite_law: energy and stress of one place of a solid at large strains.
+ *
+ * neo-Hookean  psi = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2
+ * Hencky       psi = K/2 (tr e)^2 + mu |dev e|^2,  e = ln(F F^T)/2
+ * J2           the same of the elastic part F G F^T, with the yield stress
+ *              Y(a) = yield + hardening a + (saturation - yield)(1 - exp(-rate a))  of the Kirchhoff stress
+ *
+ * F is the gradient of the place of points. Directions that PD_DIM leaves out are fixed (plane strain), or stretch so
+ * that they bear no stress (plane stress, a bar in 1D). The return to the yield surface is radial in principal
+ * logarithmic strains: it is the least of an energy, so the tangent is symmetric.
+ *
+ * Sources: Simo 1992, Simo and Hughes 1998 ch. 9 (plasticity in principal logarithmic strains); Ortiz and Stainier 1999
+ * (its energy); Bonet and Wood 2008 (neo-Hookean); Voce 1948 (saturation).
+ */
+#ifndef PD_FINITE_LAW_H
+#define PD_FINITE_LAW_H
+
+typedef enum pd_finite_kind {
+    PD_FINITE_NEO_HOOKEAN = 0,
+    PD_FINITE_HENCKY,
+    PD_FINITE_J2
+} pd_finite_kind;
+
+typedef struct pd_finite_law {
+    pd_finite_kind kind;
+    double young;      /* [Pa] E of small strains; in 1D of a bar */
+    double poisson;    /* [-] -1 < nu < 1/2; neo-Hookean in plane stress and 1D from 0 */
+    pd_plane plane;    /* of 2D */
+    double yield;      /* [Pa] J2: first yield stress */
+    double hardening;  /* [Pa] J2: linear part, over the equivalent plastic strain; 0: none */
+    double saturation; /* [Pa] J2: yield stress in the end without the linear part; 0: as at first */
+    double rate;       /* [-] J2: how fast it saturates, over the equivalent plastic strain */
+} pd_finite_law;
+
+#ifdef PDI_INTERNAL
+/* The state of a place under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D what is left of its
+ * diagonal, and the equivalent plastic strain. Zeros: nothing has yielded. */
+enum { PDI_FINITE_STATE = PD_DIM == 3 ? 7 : PD_DIM == 2 ? 5 : 3 };
+/* Numbers of a derivative of the stress. */
+enum { PDI_FINITE_MODULI = PD_DIM == 3 ? 45 : PD_DIM == 2 ? 10 : 1 };
+
+typedef struct pdi_finite_moduli {
+    pd_finite_law law;
+    double lambda, mu; /* [Pa] */
+    int free;          /* directions beyond PD_DIM that bear no stress */
+} pdi_finite_moduli;
+
+/* PD_ERR_ARGUMENT: a modulus out of range. */
+PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_finite_moduli *m);
+/* lambda of small strains in the directions that PD_DIM has [Pa]. */
+PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m);
+/* First Piola-Kirchhoff stress p [Pa] of F. state is NULL but for J2. 0: F turns the place inside out. */
+PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p);
+/* Its derivative dp along df; and as the upper triangle of the matrix of PD_DIM^2 rows, zeros where there is none. */
+PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
+                                   double *dp);
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli);
+/* Cauchy stress [Pa], and in 2D the normal one across the plane. */
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across);
+/* Energy density [Pa]; infinite where F turns the place inside out. flows 1: and the plastic work [Pa] since the
+ * beginning, up to F; the stress is the derivative of both. */
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows);
+/* What has yielded under F stays. Returns the plastic work [Pa]. */
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state);
+#endif
+
+#endif
+
+/* ======== >>solid/finite.h ======== */
+/* finite: large strains of a body by correspondence.
+ *
+ * The family of point i has the gradient  F = 1 + (sum w V_j eta xi^T) K^-1  and a bond its own,
+ * F_b = F + (Y - F xi) xi^T/r^2,  Y = xi + eta.  The energy of a point is the mean of  psi(F_b)  over its bonds, and
+ * forces are its derivative (theory: 8.8). Plain correspondence, which takes F for all bonds, lets patterns pass
+ * without energy; it is here with the term of Silling against them, and without.
+ *
+ * Under J2 each bond of a family has its own state, with plain correspondence each point. Bonds that break change the
+ * gradients of those that stay, and not what these have yielded: energies then balance to some percent, not exactly.
+ *
+ * Sources: Breitzman and Dayal 2018; Behzadinasab and Foster 2020; Silling 2017 (stability of correspondence).
+ */
+#ifndef PD_FINITE_H
+#define PD_FINITE_H
+
+typedef enum pd_finite_control {
+    PD_FINITE_BOND_GRADIENT = 0, /* each bond has its own gradient */
+    PD_FINITE_SILLING,           /* plain, and springs against what bonds do otherwise than F */
+    PD_FINITE_PLAIN
+} pd_finite_control;
+
+typedef struct pd_finite_desc {
+    pd_finite_law law;
+    pd_influence influence;
+    pd_finite_control control;
+    double penalty;          /* [-] PD_FINITE_SILLING: stiffness of the springs, over that of a bond-based solid */
+    const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
+                              * Borrowed, may change before an update */
+    int keep;                /* 1: the derivative of stresses is kept, in 80 B (2D) or 360 B (3D) a bond, and products
+                              * with it are 4 to 6 times as fast under Hencky and J2; 0: it is found anew each time */
+    int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+} pd_finite_desc;
+
+typedef struct pd_finite {
+    pd_finite_desc desc;
+    pd_body *body;
+    double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
+    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *total;     /* [count] [m^d] sum w V_j */
+    double *edge;      /* [count][PD_DIM] [1/m] a first Piola-Kirchhoff stress P has the force P edge */
+    double *u;         /* [count][PD_DIM] [m] of the last forces */
+    double *gradient;  /* [count][PD_DIM^2] [-] F - 1 of them */
+    double *pull;      /* [bonds][PD_DIM] [N/m^(2d)] what a family puts on its bonds: work */
+    double *work;      /* [count] [Pa] of sweeps */
+    double *state;     /* [bonds or count][state] [-] J2 */
+    double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
+    int known;         /* 1: they are those of u */
+    double *across;    /* [count] [Pa] in 2D: normal stress across the plane, of the last stresses */
+    double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
+    int64_t lost;      /* bonds that loose points have lost */
+} pd_finite;
+
+#define pd_finite_build PD_NAME(pd_finite_build)
+#define pd_finite_solid PD_NAME(pd_finite_solid)
+#define pd_finite_plastic PD_NAME(pd_finite_plastic)
+#define pd_finite_free PD_NAME(pd_finite_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
+ * of a point do not span all directions (the message names it). */
+PD_API pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *finite);
+/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
+ * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
+ * are broken. */
+PD_API pd_solid pd_finite_solid(pd_finite *finite);
+/* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
+PD_API void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *finite, double *strain);
+PD_API void pd_finite_free(pd_ctx *ctx, pd_finite *finite);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_finite_list(pdi_owner *owner, void *finite);
+#endif
+
+#endif
+
+/* ======== >>solid/bone.h ======== */
+/* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
+ *
+ * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
+ * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).
+ *
+ * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
+ */
+#ifndef PD_BONE_H
+#define PD_BONE_H
+
+typedef enum pd_bone_site {
+    PD_BONE_VERTEBRA = 0,
+    PD_BONE_TIBIA,        /* proximal */
+    PD_BONE_TROCHANTER,   /* greater */
+    PD_BONE_FEMUR,        /* neck */
+    PD_BONE_POOLED,       /* those four */
+    PD_BONE_CARTER_HAYES  /* 3790 MPa rate^0.06 rho^3 at a strain of 1 % a second */
+} pd_bone_site;
+
+#define pd_bone_modulus PD_NAME(pd_bone_modulus)
+#define pd_bone_stretch PD_NAME(pd_bone_stretch)
+
+/* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
+PD_API double pd_bone_modulus(pd_bone_site site, double density);
+/* Critical stretch [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 =
+ * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
+ * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
+ * those of pd_microelastic. NaN: an argument is out of range. */
+PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>metal/material.h ======== */
 /* material: properties of metals that dissolve, as presets with their sources, and their kinetics as data. */
@@ -5262,6 +5551,9 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
                            pd_measure_box_result *result);
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.h ======== */
 /* structure: the metal of a lattice as a body under load.
@@ -5337,6 +5629,9 @@ PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point)
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/couple.h ======== */
 /* couple: a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
@@ -6011,6 +6306,8 @@ typedef struct pdi_scan {
     const char *at;
 } pdi_scan;
 
+/* The text from its first byte. */
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* The next word; its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);
@@ -6179,7 +6476,7 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>scene/units.h ======== */
 /* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -7324,6 +7621,7 @@ typedef struct pd_footprint {
     double bytes[PD_PART_COUNT];  /* [byte] */
     double working;               /* [byte] coarse levels, which appear in a run */
     double files;                 /* [byte] fields of files, and the largest picture */
+    double balance;               /* [byte] while metal comes to rest, when no file is written */
     double all;                   /* [byte] */
 } pd_footprint;
 
@@ -13968,6 +14266,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #define PDI_KRYLOV_CANCEL 0.1
 /* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
 #define PDI_KRYLOV_PIVOT 1e-13
+/* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
+#define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
@@ -14466,6 +14766,20 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
 
 /* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
  * a cycle in single precision is symmetric to its rounding only. */
+/* The stiffness p.Ap that is rounding. Takes work vector 2. */
+static double pdi_krylov_flat(const pdi_krylov_run *run)
+{
+    const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
+    double *z = pdi_krylov_vector(run, 2);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
+    (void)nt;
+    if (!d) return 0.0;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
+    return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
+}
+
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -14485,6 +14799,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         pdi_krylov_apply(run, p, q);
         double curvature = pdi_krylov_dot(run, p, q);
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
+        double flat = pdi_krylov_flat(run);
+        if (flat > 0.0 && fabs(curvature) <= flat)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
             return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
@@ -14511,6 +14829,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
         pd_status status = pdi_krylov_cg_run(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
+            run->result->residual = best.norm;
             return status;
         }
         pdi_krylov_best_restore(run, &best, r);
@@ -23782,7 +24101,7 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -24515,7 +24834,7 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>solid/rigid.c ======== */
 /* rigid: see rigid.h */
@@ -24947,6 +25266,29 @@ static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
     }
 }
 
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
+{
+    double bytes, parts = (double)count;
+    pd_body body;
+    pd_scaffold s;
+    memset(&body, 0, sizeof body);
+    memset(&s, 0, sizeof s);
+    body.count = count;
+    s.body = &body;
+    for (int d = 0; d < PD_DIM; d++) parts /= wide;
+    s.level[0].parts = (int32_t)parts + 1;
+    bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+        pd_scaffold_level *level = &s.level[k];
+        level->parts = (int32_t)parts + 1;
+        level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
+        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
+                          pdi_owner_bytes(pdi_scaffold_links, level));
+    }
+    return bytes;
+}
+
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
 {
     memset(s, 0, sizeof *s);
@@ -25226,7 +25568,7 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 #undef PDI_SCAFFOLD_SWEEPS
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -25348,7 +25690,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26274,7 +26616,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26283,12 +26625,14 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 
 /* ======== >>solid/equilibrium.c ======== */
 /* equilibrium: see equilibrium.h */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
@@ -26306,6 +26650,7 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
@@ -26353,13 +26698,13 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held; it needs the blocks. */
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
     if (!q->scaffold.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
-        q->step[k] = pdi_equilibrium_held(q, k) ? q->block[k * PD_DIM + k % PD_DIM] : 0.0;
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
@@ -26369,7 +26714,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
-    pdi_equilibrium_scaffold(q);
+    for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -26404,6 +26749,11 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     }
     if (sum) *sum = all;
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
+}
+
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+{
+    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
@@ -26442,7 +26792,7 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 {
     PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
     q->moves = q->moves || rigid->motions;
-    if (!q->solid->linear || !(pdi_rigid_work(rigid, q->desc->held, q->load) > PDI_EQUILIBRIUM_ROUNDING)) return PD_OK;
+    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
     return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
                     "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
 }
@@ -26451,6 +26801,22 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
+}
+
+/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    const double *volume = q->solid->body->volume;
+    for (int way = 0; way < 2; way++) {
+        for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
+            for (int d = 0; d < PD_DIM; d++) {
+                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
+                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
+                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+            }
+        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+    }
     return PD_OK;
 }
 
@@ -26468,16 +26834,46 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
+/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+{
+    double work = 0.0, size = 0.0;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double part = q->solid->body->volume[k / PD_DIM] * q->load[k] * motion[k];
+        work += part;
+        size += fabs(part);
+    }
+    if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
+    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    return 1;
+}
+
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
+    int moves = q->moves && q->scaffold.levels;
     q->krylov.desc.atol = target;
+    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
-    if (status >= 0 && q->moves && q->scaffold.levels) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
+    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
+        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -26509,6 +26905,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -26517,6 +26930,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
         double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
+        pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
         status = pdi_equilibrium_search(q, u, target, &norm);
@@ -26544,8 +26958,10 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    q->size = pdi_equilibrium_size(q, u);
-    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    pdi_equilibrium_blocks(q);
+    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
 
@@ -26554,6 +26970,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     double norm, target;
     pd_krylov_desc kd;
     pd_status status;
+    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
@@ -26561,21 +26978,14 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_blocks(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
-                        "their moments");
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+                        "loads turn it: hold it, or balance their moments");
     result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
@@ -26599,6 +27009,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_DIGITS
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_SHARE
@@ -26608,7 +27019,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -26630,6 +27041,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #define PDI_QUASI_STATIC_AGAIN 60
 /* Least part of its way that what is held moves in a round, and one over the most. */
 #define PDI_QUASI_STATIC_RELAX 0.1
+/* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
+#define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -26710,12 +27123,24 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
     return PD_OK;
 }
 
-/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+/* 1: the loads of a piece move it, or turn it, as nothing holds it. */
 static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
+    pd_rigid rigid;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    return 0;
+    pdi_rigid_find(q->solid.body, q->desc.held, piece, count, &rigid);
+    return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
+}
+
+/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
+static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
+{
+    q->off[i] = 1;
+    for (int d = 0; d < PD_DIM; d++)
+        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
+    q->lost++;
+    if (q->parted < 0.0) q->parted = t;
 }
 
 /* Pieces that have come off lose their loads. */
@@ -26729,16 +27154,45 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
         if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
-        for (int32_t k = 0; k < count; k++) {
-            q->off[piece[k]] = 1;
-            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
-        }
-        q->lost += count;
-        if (q->parted < 0.0) q->parted = t;
+        for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
     return status;
+}
+
+/* How fast a motion turns the fastest bond of point i [1/m]. */
+static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
+{
+    double most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], length = 0.0, way = 0.0;
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            length += xi[d] * xi[d];
+            way += eta * eta;
+        }
+        most = fmax(most, way / length);
+    }
+    return sqrt(most);
+}
+
+/* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
+ * other. How many points. */
+static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
+{
+    const pd_body *body = q->solid.body;
+    double most = 0.0;
+    int32_t count = 0;
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count && most > 0.0; i++) {
+        if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
+        pdi_quasi_static_lose(q, i, t);
+        count++;
+    }
+    return count;
 }
 
 /* ---- balance ---- */
@@ -26755,17 +27209,27 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+/* The balance, without what turns about hinges. The forces are those before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    pd_equilibrium_desc desc;
-    pd_equilibrium_result result;
-    memset(&desc, 0, sizeof desc);
-    desc.held = q->desc.held;
-    desc.rtol = q->desc.rtol;
-    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
-    q->iterations += result.iterations;
-    q->solves++;
-    q->residual = result.residual;
+    pd_status status = PD_ERR_DIVERGED;
+    for (int turns = 1; turns;) {
+        pd_equilibrium_desc desc;
+        pd_equilibrium_result result;
+        memset(&desc, 0, sizeof desc);
+        desc.held = q->desc.held;
+        desc.rtol = q->desc.rtol;
+        desc.swing = q->force;
+        status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+        q->iterations += result.iterations;
+        q->solves++;
+        q->residual = result.residual;
+        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_swing(q, q->force, t);
+        if (!turns) continue;
+        ctx->status = PD_OK; /* the next balance is without them */
+        ctx->message[0] = '\0';
+    }
+    memcpy(q->force, q->before + 2 * q->n, (size_t)q->n * sizeof *q->force);
     return status;
 }
 
@@ -26828,7 +27292,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
 {
     for (;;) {
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
@@ -26963,6 +27427,7 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
+#undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS
 
 /* ======== >>solid/relaxation.c ======== */
@@ -27351,7 +27816,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -28356,6 +28821,1093 @@ pd_process pd_verlet_process(pd_verlet *d)
 #undef PDI_VERLET_SHARE
 #undef PDI_VERLET_MOST
 #undef PDI_VERLET_FAR
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>solid/finite_law.c ======== */
+/* finite_law: see finite_law.h */
+#include <math.h>
+#include <string.h>
+
+/* Rounding of a stress that is to be zero, over the modulus and the strain. */
+#define PDI_FINITE_LAW_ROUNDING 1e-15
+/* Steps of Newton's method, which take a few. */
+#define PDI_FINITE_LAW_STEPS 60
+/* Sweeps of Jacobi's rotations, which take up to six, and what they leave of a tensor. */
+#define PDI_FINITE_LAW_SWEEPS 30
+#define PDI_FINITE_LAW_LEFT 1e-17
+/* Principal values that differ by less than this share: a series is more exact than the quotient. */
+#define PDI_FINITE_LAW_NEAR 1e-5
+
+/* A place in principal logarithmic strains. */
+typedef struct pdi_finite_spectrum {
+    double cofactor[PDI_TENSOR]; /* of F */
+    double det;                  /* of F */
+    double axis[PDI_TENSOR];     /* columns: principal directions of b = F G F^T */
+    double square[PD_DIM];       /* of b */
+    double strain[3];            /* of the trial, with the directions beyond PD_DIM */
+    double stress[3];            /* [Pa] Kirchhoff */
+    double moduli[9];            /* [Pa] d stress/d strain; free directions condensed */
+    double slope;                /* [Pa] deviatoric stress over deviatoric strain */
+    double flow;                 /* growth of the equivalent plastic strain */
+} pdi_finite_spectrum;
+
+/* ---- moduli ---- */
+
+PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_finite_moduli *m)
+{
+    double nu = law->poisson;
+    memset(m, 0, sizeof *m);
+    m->law = *law;
+    m->free = PD_DIM == 1 ? 2 : PD_DIM == 2 && law->plane == PD_PLANE_STRESS;
+    if (!(law->young > 0.0) || !(law->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young,
+                        nu);
+    if (law->kind == PD_FINITE_NEO_HOOKEAN && m->free && nu < 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "nu = %g, expected one from 0 for a neo-Hookean material in "
+                        "plane stress or 1D", nu);
+    m->mu = 0.5 * law->young / (1.0 + nu);
+    m->lambda = law->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (law->kind != PD_FINITE_J2) return PD_OK;
+    if (!(law->yield > 0.0) || !(law->yield < 1e100) || !(law->hardening >= 0.0) || !(law->hardening < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "yield stress %g Pa and hardening %g Pa, expected a positive "
+                        "stress and no softening", law->yield, law->hardening);
+    int saturates = !(fabs(law->saturation) <= 0.0), rates = law->rate > 0.0 && law->rate < 1e100;
+    if (saturates && (!rates || !(law->saturation >= law->yield) || !(law->saturation < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "saturation %g Pa at the rate %g, expected at least the yield "
+                        "stress of %g Pa and a positive rate", law->saturation, law->rate, law->yield);
+    return PD_OK;
+}
+
+PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m)
+{
+    return m->lambda * 2.0 * m->mu / (2.0 * m->mu + m->free * m->lambda);
+}
+
+/* Yield stress at the equivalent plastic strain a, its slope, and its integral from 0 [Pa]. */
+static double pdi_finite_law_yield(const pd_finite_law *law, double a, double *slope, double *work)
+{
+    double more = law->saturation > 0.0 ? law->saturation - law->yield : 0.0;
+    double gone = more > 0.0 ? -expm1(-law->rate * a) : 0.0;
+    *slope = law->hardening + more * law->rate * (1.0 - gone);
+    *work = (law->yield + 0.5 * law->hardening * a) * a + (more > 0.0 ? more * (a - gone / law->rate) : 0.0);
+    return law->yield + law->hardening * a + more * gone;
+}
+
+/* ---- neo-Hookean ---- */
+
+/* ln of the stretch of free directions: mu (t^2 - 1) + lambda ln J = 0 with J = det t^free. The left side is convex and
+ * ascends. */
+static double pdi_finite_law_across(const pdi_finite_moduli *m, double log_det)
+{
+    double y = m->free ? -m->lambda * log_det / (2.0 * m->mu + m->free * m->lambda) : 0.0;
+    for (int k = 0; m->free && k < PDI_FINITE_LAW_STEPS; k++) {
+        double rest = m->mu * expm1(2.0 * y) + m->lambda * (log_det + m->free * y);
+        if (!(fabs(rest) > PDI_FINITE_LAW_ROUNDING * m->lambda * fabs(log_det))) break;
+        y -= rest / (2.0 * m->mu * exp(2.0 * y) + m->free * m->lambda);
+    }
+    return y;
+}
+
+/* Stress, or its derivative along df. */
+static int pdi_finite_law_neo(const pdi_finite_moduli *m, const double *f, const double *df, double *p)
+{
+    double turned[PDI_TENSOR], part[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
+    for (int k = 0; k < PDI_TENSOR; k++) turned[k] /= det;
+    double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+    double pull = m->lambda * (log_det + m->free * y) - m->mu;
+    if (!df) {
+        for (int k = 0; k < PDI_TENSOR; k++) p[k] = m->mu * f[k] + pull * turned[k];
+        return 1;
+    }
+    double soft = 2.0 * m->mu * exp(2.0 * y), lambda = m->lambda * soft / (soft + m->free * m->lambda);
+    double trace = pdi_tensor_pair(turned, df);
+    pdi_tensor_product_right(turned, df, part);
+    pdi_tensor_product(part, turned, p);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = m->mu * df[k] - pull * p[k] + lambda * trace * turned[k];
+    return 1;
+}
+
+static double pdi_finite_law_neo_energy(const pdi_finite_moduli *m, const double *f)
+{
+    double turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return HUGE_VAL;
+    double y = pdi_finite_law_across(m, log(det)), log_j = log(det) + m->free * y;
+    double first = pdi_tensor_pair(f, f) + (3 - PD_DIM) * exp(2.0 * y);
+    return 0.5 * m->mu * (first - 3.0 - 2.0 * log_j) + 0.5 * m->lambda * log_j * log_j;
+}
+
+/* ---- principal logarithmic strains ---- */
+
+/* One of Jacobi's rotations: b_pq becomes zero. */
+static void pdi_finite_law_rotate(double *b, double *axis, int p, int q)
+{
+    double across = b[p * PD_DIM + q];
+    if (!(fabs(across) > 0.0)) return;
+    double half = 0.5 * (b[q * PD_DIM + q] - b[p * PD_DIM + p]) / across;
+    double t = (half < 0.0 ? -1.0 : 1.0) / (fabs(half) + sqrt(half * half + 1.0));
+    double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+    for (int k = 0; k < PD_DIM; k++) {
+        double x = b[k * PD_DIM + p], y = b[k * PD_DIM + q];
+        b[k * PD_DIM + p] = c * x - s * y;
+        b[k * PD_DIM + q] = s * x + c * y;
+    }
+    for (int k = 0; k < PD_DIM; k++) {
+        double x = b[p * PD_DIM + k], y = b[q * PD_DIM + k];
+        b[p * PD_DIM + k] = c * x - s * y;
+        b[q * PD_DIM + k] = s * x + c * y;
+        x = axis[k * PD_DIM + p];
+        y = axis[k * PD_DIM + q];
+        axis[k * PD_DIM + p] = c * x - s * y;
+        axis[k * PD_DIM + q] = s * x + c * y;
+    }
+}
+
+/* Principal values of b, on its diagonal then, and directions as columns of axis. */
+static void pdi_finite_law_axes(double *b, double *axis)
+{
+    for (int k = 0; k < PDI_TENSOR; k++) axis[k] = k % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
+    for (int sweep = 0; sweep < PDI_FINITE_LAW_SWEEPS; sweep++) {
+        double off = 0.0, trace = 0.0;
+        for (int p = 0; p < PD_DIM; p++) {
+            trace += b[p * PD_DIM + p];
+            for (int q = p + 1; q < PD_DIM; q++) off = fmax(off, fabs(b[p * PD_DIM + q]));
+        }
+        if (!(off > PDI_FINITE_LAW_LEFT * trace)) return;
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = p + 1; q < PD_DIM; q++) pdi_finite_law_rotate(b, axis, p, q);
+    }
+}
+
+/* b = F G F^T. */
+static void pdi_finite_law_square(const double *f, const double *state, double *b)
+{
+    double g[PDI_TENSOR], part[PDI_TENSOR], more[PDI_TENSOR];
+    pdi_tensor_product_right(f, f, b);
+    if (!state) return;
+    for (int p = 0, k = 0; p < PD_DIM; p++)
+        for (int q = p; q < PD_DIM; q++, k++) {
+            g[p * PD_DIM + q] = state[k];
+            g[q * PD_DIM + p] = state[k];
+        }
+    pdi_tensor_product(f, g, part);
+    pdi_tensor_product_right(part, f, more);
+    for (int k = 0; k < PDI_TENSOR; k++) b[k] += more[k];
+}
+
+/* Growth of the equivalent plastic strain that brings the equivalent stress down to the yield stress. The rest is
+ * convex and descends: from 0 Newton's method comes from one side. */
+static double pdi_finite_law_flow(const pdi_finite_moduli *m, double equivalent, double before)
+{
+    double flow = 0.0, slope, work;
+    for (int k = 0; k < PDI_FINITE_LAW_STEPS; k++) {
+        double rest = equivalent - 3.0 * m->mu * flow - pdi_finite_law_yield(&m->law, before + flow, &slope, &work);
+        if (!(rest > PDI_FINITE_LAW_ROUNDING * equivalent)) break;
+        flow += rest / (3.0 * m->mu + slope);
+    }
+    return flow;
+}
+
+/* Stress and moduli of the trial strains: the radial return. */
+static void pdi_finite_law_return(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
+{
+    double trace = s->strain[0] + s->strain[1] + s->strain[2], dev[3], size = 0.0, bend = 0.0, slope, work;
+    double bulk = m->lambda + 2.0 * m->mu / 3.0;
+    for (int a = 0; a < 3; a++) {
+        dev[a] = s->strain[a] - trace / 3.0;
+        size += dev[a] * dev[a];
+    }
+    size = sqrt(size);
+    s->slope = 2.0 * m->mu;
+    s->flow = 0.0;
+    double equivalent = sqrt(1.5) * 2.0 * m->mu * size;
+    if (m->law.kind == PD_FINITE_J2 && equivalent > pdi_finite_law_yield(&m->law, before, &slope, &work)) {
+        s->flow = pdi_finite_law_flow(m, equivalent, before);
+        pdi_finite_law_yield(&m->law, before + s->flow, &slope, &work);
+        s->slope *= 1.0 - 3.0 * m->mu * s->flow / equivalent;
+        bend = 6.0 * m->mu * m->mu * (1.0 / (3.0 * m->mu + slope) - s->flow / equivalent) / (size * size);
+    }
+    for (int a = 0; a < 3; a++) {
+        s->stress[a] = bulk * trace + s->slope * dev[a];
+        for (int b = 0; b < 3; b++)
+            s->moduli[a * 3 + b] = bulk + s->slope * ((a == b) - 1.0 / 3.0) - bend * dev[a] * dev[b];
+    }
+}
+
+/* The strain of free directions that leaves them without stress, which ascends with it; moduli without them. */
+static void pdi_finite_law_release(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
+{
+    double given = 0.0, low = -HUGE_VAL, high = HUGE_VAL, slope = 1.0;
+    for (int a = 0; a < 3 - m->free; a++) given += s->strain[a];
+    double y = -m->lambda * given / (m->free * m->lambda + 2.0 * m->mu);
+    for (int k = 0; k < PDI_FINITE_LAW_STEPS; k++) {
+        for (int a = 3 - m->free; a < 3; a++) s->strain[a] = y;
+        pdi_finite_law_return(m, before, s);
+        slope = s->moduli[8] + (m->free == 2 ? s->moduli[7] : 0.0);
+        double size = m->mu * (fabs(s->strain[0]) + fabs(s->strain[1]) + fabs(y));
+        if (!(fabs(s->stress[2]) > PDI_FINITE_LAW_ROUNDING * size)) break;
+        if (s->stress[2] < 0.0) low = y;
+        else high = y;
+        y -= s->stress[2] / slope;
+        if (!(y > low) || !(y < high)) y = 0.5 * (low + high);
+    }
+    double out[3] = {s->moduli[2], s->moduli[5], s->moduli[8]};
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) s->moduli[a * 3 + b] -= m->free * out[a] * out[b] / slope;
+}
+
+/* 0: F turns the place inside out. */
+static int pdi_finite_law_spectrum(const pdi_finite_moduli *m, const double *f, const double *state,
+                                   pdi_finite_spectrum *s)
+{
+    double b[PDI_TENSOR], before = state ? state[PDI_FINITE_STATE - 1] : 0.0;
+    s->det = pdi_tensor_cofactor(f, s->cofactor);
+    if (!(s->det > 0.0) || !(s->det < HUGE_VAL)) return 0;
+    pdi_finite_law_square(f, state, b);
+    pdi_finite_law_axes(b, s->axis);
+    for (int a = 0; a < 3; a++) s->strain[a] = PD_DIM == 2 && state ? 0.5 * log1p(state[PDI_SYM]) : 0.0;
+    for (int a = 0; a < PD_DIM; a++) {
+        s->square[a] = b[a * PD_DIM + a];
+        if (!(s->square[a] > 0.0)) return 0;
+        s->strain[a] = 0.5 * log(s->square[a]);
+    }
+    if (m->free) pdi_finite_law_release(m, before, s);
+    else pdi_finite_law_return(m, before, s);
+    return 1;
+}
+
+/* out = axis hat axis^T. */
+static void pdi_finite_law_turn(const pdi_finite_spectrum *s, const double *hat, double *out)
+{
+    double part[PDI_TENSOR];
+    pdi_tensor_product(s->axis, hat, part);
+    pdi_tensor_product_right(part, s->axis, out);
+}
+
+/* out = a F^-T. */
+static void pdi_finite_law_pull_back(const pdi_finite_spectrum *s, const double *a, double *out)
+{
+    pdi_tensor_product(a, s->cofactor, out);
+    for (int k = 0; k < PDI_TENSOR; k++) out[k] /= s->det;
+}
+
+static void pdi_finite_law_kirchhoff(const pdi_finite_spectrum *s, double *tau)
+{
+    double hat[PDI_TENSOR] = {0.0};
+    for (int a = 0; a < PD_DIM; a++) hat[a * PD_DIM + a] = s->stress[a];
+    pdi_finite_law_turn(s, hat, tau);
+}
+
+/* (e_a - e_b)/(b_a - b_b) of principal values. */
+static double pdi_finite_law_quotient(double a, double b)
+{
+    double x = (a - b) / b;
+    if (fabs(x) < PDI_FINITE_LAW_NEAR) return 0.5 * (1.0 - x / 2.0 + x * x / 3.0) / b;
+    return 0.5 * log1p(x) / (x * b);
+}
+
+/* Derivative of tau F^-T: (d tau - tau L^T) F^-T with L = dF F^-1, in principal directions. */
+static void pdi_finite_law_spectral(const pdi_finite_spectrum *s, const double *df, double *dp)
+{
+    double l[PDI_TENSOR], part[PDI_TENSOR], hat[PDI_TENSOR];
+    pdi_tensor_product_right(df, s->cofactor, l);
+    for (int k = 0; k < PDI_TENSOR; k++) l[k] /= s->det;
+    pdi_tensor_product_left(s->axis, l, part);
+    pdi_tensor_product(part, s->axis, l);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double change = 0.0;
+            if (a == b)
+                for (int c = 0; c < PD_DIM; c++) change += s->moduli[a * 3 + c] * l[c * PD_DIM + c];
+            else
+                change = s->slope * pdi_finite_law_quotient(s->square[a > b ? a : b], s->square[a > b ? b : a]) *
+                         (l[a * PD_DIM + b] * s->square[b] + s->square[a] * l[b * PD_DIM + a]);
+            hat[a * PD_DIM + b] = change - s->stress[a] * l[b * PD_DIM + a];
+        }
+    pdi_finite_law_turn(s, hat, part);
+    pdi_finite_law_pull_back(s, part, dp);
+}
+
+/* ---- any of them ---- */
+
+PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p)
+{
+    pdi_finite_spectrum s;
+    double tau[PDI_TENSOR];
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_finite_law_neo(m, f, NULL, p);
+    if (!pdi_finite_law_spectrum(m, f, state, &s)) return 0;
+    pdi_finite_law_kirchhoff(&s, tau);
+    pdi_finite_law_pull_back(&s, tau, p);
+    return 1;
+}
+
+PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
+                                   double *dp)
+{
+    pdi_finite_spectrum s;
+    int good = m->law.kind == PD_FINITE_NEO_HOOKEAN ? pdi_finite_law_neo(m, f, df, dp)
+                                                    : pdi_finite_law_spectrum(m, f, state, &s);
+    if (good && m->law.kind != PD_FINITE_NEO_HOOKEAN) pdi_finite_law_spectral(&s, df, dp);
+    for (int k = 0; k < PDI_TENSOR && !good; k++) dp[k] = 0.0;
+}
+
+PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli)
+{
+    pdi_finite_spectrum s;
+    int neo = m->law.kind == PD_FINITE_NEO_HOOKEAN, good = neo || pdi_finite_law_spectrum(m, f, state, &s);
+    for (int row = 0, k = 0; row < PDI_TENSOR; row++) {
+        double df[PDI_TENSOR] = {0.0}, dp[PDI_TENSOR] = {0.0};
+        df[row] = 1.0;
+        if (neo) pdi_finite_law_neo(m, f, df, dp);
+        else if (good) pdi_finite_law_spectral(&s, df, dp);
+        for (int q = row; q < PDI_TENSOR; q++) moduli[k++] = dp[q];
+    }
+}
+
+PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
+                                 double *across)
+{
+    pdi_finite_spectrum s;
+    double p[PDI_TENSOR], turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
+    if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) {
+        pdi_finite_law_neo(m, f, NULL, p);
+        pdi_tensor_product_right(p, f, stress);
+        double log_det = log(det), y = pdi_finite_law_across(m, log_det);
+        det *= exp(m->free * y);
+        *across = m->mu * expm1(2.0 * y) + m->lambda * (log_det + m->free * y);
+    } else {
+        if (!pdi_finite_law_spectrum(m, f, state, &s)) return 0;
+        pdi_finite_law_kirchhoff(&s, stress);
+        *across = s.stress[2];
+        if (m->free) det *= exp(m->free * (s.strain[2] - (state ? 0.5 * log1p(state[PDI_FINITE_STATE - 2]) : 0.0)));
+    }
+    for (int k = 0; k < PDI_TENSOR; k++) stress[k] /= det;
+    *across /= det;
+    return 1;
+}
+
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows)
+{
+    pdi_finite_spectrum s;
+    double bulk = m->lambda + 2.0 * m->mu / 3.0, trace = 0.0, size = 0.0, slope, work = 0.0;
+    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_finite_law_neo_energy(m, f);
+    if (!pdi_finite_law_spectrum(m, f, state, &s)) return HUGE_VAL;
+    for (int a = 0; a < 3; a++) trace += s.strain[a];
+    for (int a = 0; a < 3; a++) size += pow(s.slope * (s.strain[a] - trace / 3.0), 2.0);
+    if (flows && m->law.kind == PD_FINITE_J2)
+        pdi_finite_law_yield(&m->law, (state ? state[PDI_FINITE_STATE - 1] : 0.0) + s.flow, &slope, &work);
+    return 0.5 * bulk * trace * trace + 0.25 * size / m->mu + work;
+}
+
+PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state)
+{
+    pdi_finite_spectrum s;
+    double hat[PDI_TENSOR] = {0.0}, b[PDI_TENSOR], part[PDI_TENSOR], g[PDI_TENSOR], left[3];
+    double *slip = state + PDI_FINITE_STATE - 1, slope, before, after;
+    if (!pdi_finite_law_spectrum(m, f, state, &s) || !(s.flow > 0.0)) return 0.0;
+    double trace = s.strain[0] + s.strain[1] + s.strain[2];
+    for (int a = 0; a < 3; a++)
+        left[a] = trace / 3.0 + 0.5 * s.slope / m->mu * (s.strain[a] - trace / 3.0);
+    for (int a = 0; a < PD_DIM; a++) hat[a * PD_DIM + a] = exp(2.0 * left[a]);
+    pdi_finite_law_turn(&s, hat, b);
+    pdi_finite_law_pull_back(&s, b, part);
+    pdi_tensor_product_left(s.cofactor, part, g); /* F^-1 b F^-T = (cofactor^T/det) b F^-T */
+    for (int p = 0, k = 0; p < PD_DIM; p++)
+        for (int q = p; q < PD_DIM; q++)
+            state[k++] = 0.5 * (g[p * PD_DIM + q] + g[q * PD_DIM + p]) / s.det - (p == q ? 1.0 : 0.0);
+    if (PD_DIM < 3) {
+        double across = (1.0 + state[PDI_FINITE_STATE - 2]) * exp(2.0 * (left[2] - s.strain[2]));
+        state[PDI_FINITE_STATE - 2] = across - 1.0;
+    }
+    pdi_finite_law_yield(&m->law, *slip, &slope, &before);
+    *slip += s.flow;
+    pdi_finite_law_yield(&m->law, *slip, &slope, &after);
+    return after - before;
+}
+
+#undef PDI_FINITE_LAW_ROUNDING
+#undef PDI_FINITE_LAW_STEPS
+#undef PDI_FINITE_LAW_SWEEPS
+#undef PDI_FINITE_LAW_LEFT
+#undef PDI_FINITE_LAW_NEAR
+
+/* ======== >>solid/finite.c ======== */
+/* finite: see finite.h */
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_FINITE_FLAT 1e-6
+/* Scalar operations of a bond, to decide on threads. */
+#define PDI_FINITE_WORK 300
+
+/* A bond of a family. */
+typedef struct pdi_finite_bond {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double weight;     /* [m^d] w V_j */
+} pdi_finite_bond;
+
+static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
+
+/* Bond b of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+{
+    bond->weight = (double)f->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
+    bond->weight *= f->body->volume[f->body->column[b]];
+    return 1;
+}
+
+static double pdi_finite_stiff(const pd_finite *f, int32_t i) { return f->desc.stiff ? f->desc.stiff[i] : 1.0; }
+
+static double *pdi_finite_state(const pd_finite *f, int64_t site)
+{
+    return f->desc.law.kind == PD_FINITE_J2 ? f->state + site * PDI_FINITE_STATE : NULL;
+}
+
+/* The moduli of the law, which build has checked. */
+static pdi_finite_moduli pdi_finite_law_of(const pd_finite *f)
+{
+    pdi_finite_moduli m;
+    pd_ctx none;
+    pd_ctx_init(&none);
+    pdi_finite_law_make(&none, &f->desc.law, &m);
+    return m;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
+{
+    pd_finite *finite = (pd_finite *)object;
+    int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
+    int64_t sites = pdi_finite_own(finite) ? bonds : count;
+    PDI_ARRAY(owner, finite, weight, bonds, "1");
+    PDI_ARRAY(owner, finite, back, bonds, "1");
+    PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, finite, total, count, "m^d");
+    PDI_ARRAY(owner, finite, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, finite, u, count * PD_DIM, "m");
+    PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
+    PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
+    PDI_ARRAY(owner, finite, work, count, "");
+    if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
+    PDI_VALUE(owner, finite, cost, "J");
+    if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_FINITE_MODULI, "Pa");
+    if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
+}
+
+/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
+static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+{
+    const pd_body *body = f->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        int32_t j = body->column[b];
+        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
+        pdi_body_bond(body, i, b, xi);
+        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
+    }
+}
+
+/* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
+static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
+{
+    double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
+    double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        total += bond.weight;
+        for (int p = 0; p < PDI_TENSOR; p++) {
+            double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            k[p] += square * scale;
+            mean[p] += square * bond.over;
+        }
+    }
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) k[p] /= total;
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) mean[p] /= total;
+    int spans = total > 0.0 && pdi_vec_invert(k, shape) > PDI_FINITE_FLAT;
+    for (int p = 0; p < PDI_TENSOR; p++) shape[p] = spans ? shape[p] * scale / total : 0.0;
+    f->total[i] = spans ? total : 0.0;
+}
+
+/* The pull on bonds of a stress P is P g: g of the family of point i. */
+static void pdi_finite_shares(const pd_finite *f, int32_t i)
+{
+    double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    pdi_finite_family(f, i, mean);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!open) continue;
+        pdi_tensor_times(shape, bond.xi, at);
+        pdi_tensor_times(mean, at, back);
+        for (int d = 0; d < PD_DIM; d++)
+            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
+                                                                : at[d]);
+    }
+}
+
+/* Forces of the pulls of all families on point i. */
+static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
+{
+    const pd_body *body = f->body;
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    }
+}
+
+static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double *force)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 10);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
+}
+
+/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+ * none. */
+static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bonds(f, i);
+        pdi_finite_shares(f, i);
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pd_body *body = f->body;
+    f->known = 0;
+    for (int32_t i = 0; i < body->count; i++)
+        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
+                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+    int32_t flat = pdi_finite_families(ctx, f);
+    while (flat >= 0 && f->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(f->total[i] > 0.0)) f->lost += pdi_body_release(f->body, i);
+        flat = pdi_finite_families(ctx, f);
+    }
+    if (flat >= 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, f->edge);
+    return PD_OK;
+}
+
+/* Stiffness of the springs of Silling: a bond-based solid of the same bulk modulus K has the micro-modulus
+ * c = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4)  in 1D, 2D, 3D, here over the horizon d. */
+static double pdi_finite_spring(const pd_finite *f)
+{
+    static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
+    if (f->desc.control != PD_FINITE_SILLING) return 0.0;
+    return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
+}
+
+static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pdi_finite_moduli moduli;
+    memset(f, 0, sizeof *f);
+    PDI_TRY(pdi_finite_law_make(ctx, &desc->law, &moduli));
+    if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+                        (int)desc->control, (int)desc->law.kind);
+    if (desc->control == PD_FINITE_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
+    f->desc = *desc;
+    f->body = body;
+    f->lambda = pdi_finite_law_lambda(&moduli);
+    f->mu = moduli.mu;
+    f->spring = pdi_finite_spring(f);
+    PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    return pdi_finite_update(ctx, f);
+}
+
+pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pd_status status = pdi_finite_make(ctx, body, desc, f);
+    if (status < 0) pd_finite_free(ctx, f);
+    return status;
+}
+
+void pd_finite_free(pd_ctx *ctx, pd_finite *f)
+{
+    pdi_owner_free(ctx, pdi_finite_list, f);
+    memset(f, 0, sizeof *f);
+}
+
+/* ---- gradients ---- */
+
+/* Displacement of the other end of bond b less that of point i [m]. */
+static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* H = F - 1 of point i. */
+static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, double *h)
+{
+    double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
+    pdi_finite_bond bond;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_eta(f, u, i, b, eta);
+        for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
+    }
+    pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
+}
+
+/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                    const pdi_finite_bond *bond, double *z)
+{
+    double along[PD_DIM];
+    pdi_finite_eta(f, u, i, b, z);
+    pdi_tensor_times(h, bond->xi, along);
+    for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
+}
+
+/* The gradient of that bond alone: h + z xi^T/r^2. */
+static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                            const pdi_finite_bond *bond, double *own)
+{
+    double z[PD_DIM];
+    pdi_finite_stray(f, u, h, i, b, bond, z);
+    for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
+}
+
+static inline void pdi_finite_add_one(const double *h, double *f)
+{
+    for (int p = 0; p < PDI_TENSOR; p++) f[p] = h[p] + (p % (PD_DIM + 1) == 0 ? 1.0 : 0.0);
+}
+
+/* ---- forces and their derivative ---- */
+
+/* Derivative p of the stress of a site with the gradient f along df. */
+static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *m, int64_t site, const double *full,
+                                   const double *df, double *p)
+{
+    if (!f->desc.keep) {
+        pdi_finite_law_tangent(m, full, pdi_finite_state(f, site), df, p);
+        return;
+    }
+    double *kept = f->moduli + site * PDI_FINITE_MODULI;
+    if (!f->known) pdi_finite_law_moduli(m, full, pdi_finite_state(f, site), kept);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = 0.0;
+    for (int row = 0; row < PDI_TENSOR; row++) {
+        double sum = *kept++ * df[row];
+        for (int q = row + 1; q < PDI_TENSOR; q++) {
+            sum += *kept * df[q];
+            p[q] += *kept++ * df[row];
+        }
+        p[row] += sum;
+    }
+}
+
+/* Pulls of the family of point i on its bonds, at the displacements f->u; along du unless it is NULL. 0: a bond is
+ * turned inside out. */
+static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], change[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR];
+    double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
+    pdi_finite_bond bond;
+    if (du) pdi_finite_gradient(f, du, i, dh);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        pdi_finite_add_one(part, full);
+        if (du) {
+            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
+            pdi_finite_site(f, m, b, full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            return 0;
+        }
+        pdi_tensor_times(p, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = along[d] * bond.over / f->total[i];
+        bond.weight /= f->total[i];
+        for (int k = 0; k < PDI_TENSOR; k++)
+            moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
+    }
+    pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++)
+            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+    }
+    return 1;
+}
+
+/* The same with the gradient of the family for all of its bonds. */
+static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR, *u = du ? du : f->u;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR], along[PD_DIM], z[PD_DIM];
+    pdi_finite_bond bond;
+    pdi_finite_add_one(h, full);
+    if (du) {
+        pdi_finite_gradient(f, du, i, dh);
+        pdi_finite_site(f, m, i, full, dh, p);
+    } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, i), p)) {
+        return 0;
+    }
+    pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
+    }
+    return 1;
+}
+
+/* All of them. Returns a point with a bond that is turned inside out, or -1. */
+static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const double *du)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!du) pdi_finite_gradient(f, f->u, i, f->gradient + (int64_t)i * PDI_TENSOR);
+        int good = pdi_finite_own(f) ? pdi_finite_pull_own(f, &m, du, i) : pdi_finite_pull_plain(f, &m, du, i);
+        f->work[i] = good ? 0.0 : 1.0;
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (f->work[i] > 0.0) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_finite *f = (pd_finite *)self;
+    f->known = 0;
+    memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
+    int32_t folded = pdi_finite_pulls(ctx, f, NULL);
+    if (folded >= 0)
+        return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
+                        f->body->position[(int64_t)folded * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, force);
+    return PD_OK;
+}
+
+static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_finite_pulls(ctx, f, du);
+    f->known = 1;
+    pdi_finite_gather_all(ctx, f, df);
+}
+
+/* Adds share (mu g^2 1 + (lambda + mu) g g^T) to a block. */
+static void pdi_finite_add_block(const pd_finite *f, double share, const double *g, double *block)
+{
+    double square = pdi_tensor_dot(g, g);
+    for (int k = 0; k < PDI_TENSOR; k++)
+        block[k] += share * ((k % (PD_DIM + 1) == 0 ? f->mu * square : 0.0) +
+                             (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
+}
+
+/* Those of small strains. */
+static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_stiff(f, i);
+        double at[PD_DIM], all[PD_DIM] = {0.0};
+        pdi_finite_bond bond;
+        for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            double volumes = body->volume[i] * bond.weight;
+            if (pdi_finite_own(f)) {
+                double share = here / f->total[i] + there / f->total[j];
+                pdi_finite_add_block(f, volumes * bond.over * bond.over * share, bond.xi, a);
+                continue;
+            }
+            for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
+            pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
+            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
+        }
+        pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
+        pdi_finite_add_block(f, here * body->volume[i], at, a);
+    }
+}
+
+/* ---- energy, stress, state ---- */
+
+/* Energy [Pa] of point i at u. */
+static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_add_one(part, full);
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+        } else {
+            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
+        }
+    }
+    pdi_finite_add_one(h, full);
+    if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i), 0);
+    return sum * pdi_finite_stiff(f, i);
+}
+
+static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    pdi_sum all = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) f->work[i] = pdi_finite_point_energy(f, &m, u, i);
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!(f->work[i] < HUGE_VAL)) return HUGE_VAL;
+        pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    }
+    return pdi_sum_total(&all);
+}
+
+/* Mean Cauchy stress of the bonds of point i, or, where that is NULL, what has yielded stays and costs f->work. */
+static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i, double *stress)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
+    double single = 1.0, normal, all = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        int64_t site = pdi_finite_own(f) ? b : i;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        memcpy(part, h, sizeof part);
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            single = bond.weight / f->total[i];
+        }
+        pdi_finite_add_one(part, full);
+        if (!stress) {
+            all += single * pdi_finite_law_commit(m, full, pdi_finite_state(f, site));
+        } else if (pdi_finite_law_cauchy(m, full, pdi_finite_state(f, site), part, &normal)) {
+            for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
+            all += single * normal;
+        }
+        if (!pdi_finite_own(f)) break;
+    }
+    for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiff(f, i);
+    if (!stress) f->work[i] = all * pdi_finite_stiff(f, i);
+    else if (f->across) f->across[i] = all * pdi_finite_stiff(f, i);
+}
+
+static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++)
+        pdi_finite_visit(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
+}
+
+static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pdi_finite_visit_all(ctx, (const pd_finite *)self, u, stress);
+}
+
+static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_sum all = {f->cost, 0.0};
+    pdi_finite_visit_all(ctx, f, u, NULL);
+    for (int32_t i = 0; i < f->body->count; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    f->cost = pdi_sum_total(&all);
+    f->known = 0;
+    return PD_OK;
+}
+
+static double pdi_finite_normal(const void *self, int32_t i, const double *stress)
+{
+    (void)stress;
+    return ((const pd_finite *)self)->across[i];
+}
+
+static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
+
+static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_finite *f = (pd_finite *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_finite_list, f, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, f->body, archive));
+    return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
+}
+
+void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
+{
+    (void)ctx;
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bond bond;
+        double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
+        strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
+        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
+            if (pdi_finite_open(f, i, b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+    }
+}
+
+/* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
+ * plain correspondence of K^-1. */
+static double pdi_finite_steep(const pd_finite *f, int32_t i)
+{
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
+    pdi_finite_bond bond;
+    if (!(f->total[i] > 0.0)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
+        if (pdi_finite_open(f, i, b, &bond))
+            for (int k = 0; k < PDI_TENSOR; k++)
+                across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
+    pdi_tensor_product(across, shape, power);
+    for (int d = 0; d < PD_DIM; d++) size = fmax(size, shape[d * (PD_DIM + 1)]);
+    for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
+    for (int round = 0; round < 3; round++) {
+        pdi_tensor_product(power, power, square);
+        memcpy(power, square, sizeof power);
+    }
+    for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
+    return size * pow(fmax(trace, 0.0), 0.125);
+}
+
+/* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
+ * its other end would, with the largest modulus M (theory: eq. 8.24). */
+static double pdi_finite_limit(const void *self, double density)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    double modulus = fmax(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_steep(f, i);
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_finite_bond bond;
+        double sum = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            for (int end = 0; end < 2; end++) {
+                int32_t k = end ? body->column[b] : i;
+                double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
+                                                : fmax(f->work[k], f->spring);
+                sum += bond.weight * pdi_finite_stiff(f, k) * size;
+            }
+        }
+        stiffest = fmax(stiffest, sum);
+    }
+    return sqrt(2.0 * density / stiffest);
+}
+
+pd_solid pd_finite_solid(pd_finite *f)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "finite";
+    s.self = f;
+    s.body = f->body;
+    s.edge = f->edge;
+    s.force = pdi_finite_force;
+    s.tangent = pdi_finite_tangent;
+    s.blocks = pdi_finite_blocks;
+    s.energy = pdi_finite_energy;
+    s.stress = pdi_finite_stress;
+    s.update = pdi_finite_update;
+    if (PD_DIM == 2) s.normal = pdi_finite_normal;
+    if (f->desc.law.kind == PD_FINITE_J2) {
+        s.dissipated = pdi_finite_dissipated;
+        s.commit = pdi_finite_commit;
+    }
+    s.limit = pdi_finite_limit;
+    s.store = pdi_finite_store;
+    return s;
+}
+
+#undef PDI_FINITE_FLAT
+#undef PDI_FINITE_WORK
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>solid/bone.c ======== */
+/* bone: see bone.h */
+#include <math.h>
+
+double pd_bone_modulus(pd_bone_site site, double density)
+{
+    /* [Pa] at 1 g/cm3, and the power */
+    static const double laws[6][2] = {{4730e6, 1.56}, {15520e6, 1.93}, {15010e6, 2.18}, {6850e6, 1.49}, {8920e6, 1.83},
+                                      {3790e6, 3.0}};
+    int k = (int)site;
+    if (k < 0 || k > 5 || !(density > 0.0) || !(density < 1e100)) return NAN;
+    double rate = site == PD_BONE_CARTER_HAYES ? pow(0.01, 0.06) : 1.0;
+    return laws[k][0] * rate * pow(density * 1e-3, laws[k][1]);
+}
+
+double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
+{
+    static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0};
+    double bulk = young;
+    if (!(young > 0.0) || !(poisson > -1.0) || !(poisson < 0.5) || !(fracture >= 0.0) || !(horizon > 0.0)) return NAN;
+    if (PD_DIM == 2) bulk = 0.5 * young / (plane == PD_PLANE_STRESS ? 1.0 - poisson
+                                                                    : (1.0 + poisson) * (1.0 - 2.0 * poisson));
+    if (PD_DIM == 3) bulk = young / (3.0 * (1.0 - 2.0 * poisson));
+    return sqrt(share[PD_DIM - 1] * fracture / (bulk * horizon));
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -31531,6 +33083,17 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
     r->energy = flow ? flow->rho * volume * pdi_sum_total(&energy) : 0.0;
     for (int d = 0; d < PD_DIM; d++) r->momentum[d] = flow ? flow->rho * volume * pdi_sum_total(&momentum[d]) : 0.0;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>couple/structure.c ======== */
 /* structure: see structure.h */
@@ -36209,6 +37772,12 @@ PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char
 #include <stdio.h>
 #include <string.h>
 
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
+{
+    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    return scan;
+}
+
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
 {
     char text[300];
@@ -37515,16 +39084,9 @@ static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_po
 {
     char *text;
     size_t size;
-    pdi_scan scan;
     if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
     PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "mesh";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "mesh", path, text, size);
     const char *at = text + strspn(text, " \t\r\n");
     int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
     pd_status status = PD_OK;
@@ -37648,18 +39210,11 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
 {
-    pdi_scan scan;
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
     if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
         return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "stl";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
     size_t blank = strspn(text, " \t\r\n");
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "
@@ -37738,7 +39293,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -38266,7 +39821,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -38385,7 +39940,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -39166,7 +40721,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44034,11 +45589,37 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+/* [byte] of what a balance of a body takes while it is found. */
+static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
+{
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    pdi_equilibrium q;
+    pd_krylov_desc kd;
+    memset(&q, 0, sizeof q);
+    memset(&kd, 0, sizeof kd);
+    q.solid = &solid;
+    q.n = kd.n = s->rest.n;
+    kd.method = PD_KRYLOV_CG;
+    return pdi_footprint_krylov(plan, &kd) + pdi_footprint_list(plan, pdi_equilibrium_list, &q) +
+           plan->times * pdi_scaffold_bytes(s->count, m + 0.5);
+}
+
+/* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+{
+    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    pd_band band;
+    memset(&band, 0, sizeof band);
+    band.body = &s->body;
+    band.flows = s->elastic.plastic.count > 0;
+    band.stride = s->count;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
     pd_structure s;
-    pd_krylov_desc kd;
     if (!u->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
@@ -44052,12 +45633,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
     *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
-    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    memset(&kd, 0, sizeof kd);
-    kd.method = PD_KRYLOV_CG;
-    kd.n = s.rest.n;
-    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
-    b->working = fmax(b->working, solve);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest) + pdi_footprint_bands(plan, &s);
+    b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -44122,7 +45699,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -44132,7 +45709,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= b.files;
+    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
@@ -44153,7 +45730,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44599,7 +46176,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -44648,7 +46225,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -45165,7 +46742,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options

@@ -13,6 +13,7 @@
 #include "io/mesh.h"
 #include "io/png.h"
 #include "run/coarser.h"
+#include "solid/finite.h"
 #include "solid/microelastic.h"
 #include "solid/scaffold.h"
 #include "solid/verlet.h"
@@ -406,6 +407,16 @@ BUILD(elastic, pd_elastic)
 
 INNER(scaffold, pd_scaffold) { return pdi_scaffold_build(ctx, &l->body, o); }
 
+BUILD(finite, pd_finite)
+{
+    pd_finite_desc d;
+    memset(&d, 0, sizeof d);
+    d.law.kind = PD_FINITE_J2;
+    d.law.young = 1.0;
+    d.law.yield = l->wrong ? 0.0 : 1.0;
+    return pd_finite_build(ctx, &l->body, &d, o);
+}
+
 BUILD(microelastic, pd_microelastic) { return make_springs_of(ctx, l, o); }
 
 BUILD(verlet, pd_verlet)
@@ -499,8 +510,8 @@ static const entry builds[] = {
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
-    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(scaffold, pd_scaffold, 0, 1)
-    ROW(microelastic, pd_microelastic, 1, 1) ROW(verlet, pd_verlet, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
+    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(verlet, pd_verlet, 1, 1)
     ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)

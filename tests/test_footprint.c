@@ -22,6 +22,7 @@ static const example examples[] = {
     {"mg_pin_2d.scene", "h=10 um"},
     {"mg_pin_axi.scene", "h=10 um"},
     {"intergranular_2d.scene", "h=2 um"},
+    {"plate_hole_2d.scene", NULL},
     {"pit_304_2d.scene", "h=2 um"},
     {"validation/annulus_2d.scene", NULL},
     {"validation/layers_2d.scene", NULL},

@@ -9,7 +9,8 @@
  * --rules stops after the refusals, --skip-missing passes over modules that have no header yet.
  *
  * Two other lines of MODULES, behind those of the rooms:
- *   cut MACRO: ROOM...          the macro leaves these rooms out; refused when a room that stays uses one of them
+ *   cut MACRO: ROOM...          the macro leaves these rooms, or modules as ROOM/NAME, out; refused when one that
+ *                               stays uses one of them
  *   cold N: ROOM or MODULE...   no loop of theirs gains from more than -O<N>, which gcc then compiles their .c with;
  *                               N: g, 1 or 2; 3: all but the passes that loops of vectors do not gain from; of two
  *                               lines that name a module the later one counts
@@ -153,7 +154,8 @@ static void add_module(const char *src, const char *room, const char *name, int 
     module_count++;
 }
 
-/* The words from `at` to the end of the line: rooms of a cut, or, cut < 0, rooms and modules of a level. */
+/* The words from `at` to the end of the line: rooms and paths of modules of a cut, or, cut < 0, of a level, which takes
+ * names of modules, too. */
 static void mark_modules(const char *src, const char *at, const char *end, int cut, char level)
 {
     char name[NAME_SIZE];
@@ -162,14 +164,13 @@ static void mark_modules(const char *src, const char *at, const char *end, int c
         int found = 0;
         for (int k = 0; k < module_count; k++) {
             module *m = &modules[k];
-            if (strcmp(m->room, name) != 0 &&
-                (cut >= 0 || (strcmp(m->name, name) != 0 && strcmp(m->path, name) != 0)))
+            if (strcmp(m->room, name) != 0 && strcmp(m->path, name) != 0 && (cut >= 0 || strcmp(m->name, name) != 0))
                 continue;
             if (cut >= 0) m->cuts |= 1u << cut;
             else m->level = level;
             found = 1;
         }
-        if (!found) die("%s/MODULES: %s is no %s that stands before", src, name, cut < 0 ? "room or module" : "room");
+        if (!found) die("%s/MODULES: %s is no room or module that stands before", src, name);
     }
 }
 
@@ -325,8 +326,9 @@ static void append_banner(text *out)
         " *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:",
         " *       #define PDCORR_NO_SCENE          leaves out scene and run",
         " *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it",
-        " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple, and scene and run",
-        " *   Both of the last leave the kernels: core, lattice, solve. A file may leave out more than the one with",
+        " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/structure, and scene and run",
+        " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those",
+        " *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with",
         " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.",
         " *   OpenMP is optional and does not change a bit of the results. Linked names carry the dimension, so that",
         " *   several dimensions live in one program. Start with pd_ctx_init; every call that can fail returns a",

@@ -5,7 +5,9 @@
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, metal, couple, scene, run; kernels (core, lattice, solve) stay
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
+ *                          stay
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -80,7 +82,8 @@
 #else
 #define PDI_FN extern
 #endif
-#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || defined(PDCORR_NO_PHYSICS)
+#elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static

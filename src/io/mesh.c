@@ -105,16 +105,9 @@ static pd_status pdi_mesh_any(pd_ctx *ctx, const char *path, double scale, pd_po
 {
     char *text;
     size_t size;
-    pdi_scan scan;
     if (pdi_mesh_ends(path, ".csv")) return pdi_mesh_table(ctx, path, scale, points);
     PDI_TRY(pdi_file_read(ctx, path, (size_t)PDI_MESH_FILE_LIMIT, &text, &size));
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "mesh";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "mesh", path, text, size);
     const char *at = text + strspn(text, " \t\r\n");
     int msh = pdi_mesh_ends(path, ".msh"), vtu = pdi_mesh_ends(path, ".vtu"), table = 0;
     pd_status status = PD_OK;

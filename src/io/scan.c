@@ -6,6 +6,12 @@
 #include <stdio.h>
 #include <string.h>
 
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size)
+{
+    pdi_scan scan = {ctx, where, path, text, text + size, text};
+    return scan;
+}
+
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *s, const char *at, const char *format, ...)
 {
     char text[300];

@@ -15,6 +15,8 @@ typedef struct pdi_scan {
     const char *at;
 } pdi_scan;
 
+/* The text from its first byte. */
+PDI_FN pdi_scan pdi_scan_begin(pd_ctx *ctx, const char *where, const char *path, const char *text, size_t size);
 PDI_FN pd_status pdi_scan_fail(const pdi_scan *scan, const char *at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* The next word; its length, 0 at the end of the text. */
 PDI_FN size_t pdi_scan_word(pdi_scan *scan, const char **word);

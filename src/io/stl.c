@@ -96,18 +96,11 @@ static pd_status pdi_stl_text(pdi_scan *s, pdi_stl_corners *c)
 
 static pd_status pdi_stl_parse(pd_ctx *ctx, const char *path, const char *text, size_t size, pdi_stl_corners *c)
 {
-    pdi_scan scan;
     double count = size >= PDI_STL_HEAD ? (double)pdi_stl_whole(text + PDI_STL_HEAD - 4) : -1.0;
     double whole = PDI_STL_HEAD + PDI_STL_EACH * count;
     if (count > 0.0 && !((double)size < whole) && !((double)size > whole))
         return pdi_stl_binary(ctx, text, (uint32_t)count, c);
-    memset(&scan, 0, sizeof scan);
-    scan.ctx = ctx;
-    scan.where = "stl";
-    scan.path = path;
-    scan.text = text;
-    scan.at = text;
-    scan.end = text + size;
+    pdi_scan scan = pdi_scan_begin(ctx, "stl", path, text, size);
     size_t blank = strspn(text, " \t\r\n");
     if (strncmp(text + blank, "solid", 5) == 0) return pdi_stl_text(&scan, c);
     return pdi_fail(ctx, PD_ERR_PARSE, "stl", "%.250s: %.0f bytes, which do not begin with 'solid', and are no binary "

@@ -295,11 +295,37 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->metals > 1) *bytes += b->nodes;
 }
 
+/* [byte] of what a balance of a body takes while it is found. */
+static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
+{
+    pd_solid solid = pd_elastic_solid(&s->elastic);
+    pdi_equilibrium q;
+    pd_krylov_desc kd;
+    memset(&q, 0, sizeof q);
+    memset(&kd, 0, sizeof kd);
+    q.solid = &solid;
+    q.n = kd.n = s->rest.n;
+    kd.method = PD_KRYLOV_CG;
+    return pdi_footprint_krylov(plan, &kd) + pdi_footprint_list(plan, pdi_equilibrium_list, &q) +
+           plan->times * pdi_scaffold_bytes(s->count, m + 0.5);
+}
+
+/* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+{
+    double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    pd_band band;
+    memset(&band, 0, sizeof band);
+    band.body = &s->body;
+    band.flows = s->elastic.plastic.count > 0;
+    band.stride = s->count;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
     pd_structure s;
-    pd_krylov_desc kd;
     if (!u->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
@@ -313,12 +339,8 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_elastic_list, &s.elastic);
     *bytes += pdi_footprint_list(plan, pdi_plastic_list, &s.elastic.plastic);
-    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    memset(&kd, 0, sizeof kd);
-    kd.method = PD_KRYLOV_CG;
-    kd.n = s.rest.n;
-    double solve = pdi_footprint_krylov(plan, &kd) + 8.0 * plan->times * (double)s.rest.n * (PD_DIM + 3.0);
-    b->working = fmax(b->working, solve);
+    *bytes += pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest) + pdi_footprint_bands(plan, &s);
+    b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
 /* Pixels of a field of `cells`, `wanted` of them. */
@@ -383,7 +405,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
-    b->all = PDI_FOOTPRINT_BASE + b->working + b->files + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    b->all = PDI_FOOTPRINT_BASE + b->working + fmax(b->files, b->balance) + PD_SHAPE_MAX * (double)sizeof *u->shape;
     for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
     for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
     for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
@@ -393,7 +415,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 {
     pd_footprint b;
     pd_footprint_estimate(setup, &b);
-    if (dry) b.all -= b.files;
+    if (dry) b.all -= fmax(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);

@@ -19,6 +19,7 @@ typedef struct pd_footprint {
     double bytes[PD_PART_COUNT];  /* [byte] */
     double working;               /* [byte] coarse levels, which appear in a run */
     double files;                 /* [byte] fields of files, and the largest picture */
+    double balance;               /* [byte] while metal comes to rest, when no file is written */
     double all;                   /* [byte] */
 } pd_footprint;
 

@@ -10,7 +10,7 @@
 #define PD_BAND_H
 #include "solid/body.h"
 
-enum { PD_BAND_MOST = 32 /* points of a band */ };
+#define PD_BAND_MOST 32 /* points of a band */
 
 /* A bond that points of a band have. */
 typedef struct pd_band_bond {

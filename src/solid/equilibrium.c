@@ -1,14 +1,16 @@
 /* equilibrium: see equilibrium.h */
 #include "solid/equilibrium.h"
 #include "core/par.h"
+#include "core/rng.h"
 #include "core/vec.h"
-#include "solid/rigid.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-
+/* Last digits of displacements, in what is the rounding of forces. */
+#define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Newton steps, and trials of the length of one, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
@@ -26,6 +28,7 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
+    PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
     PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
@@ -73,13 +76,13 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held; it needs the blocks. */
+/* The coarse picture, with the diagonals of blocks as the springs of what is held. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
     if (!q->scaffold.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
-        q->step[k] = pdi_equilibrium_held(q, k) ? q->block[k * PD_DIM + k % PD_DIM] : 0.0;
+        q->step[k] = pdi_equilibrium_held(q, k) ? q->diagonal[k] : 0.0;
     pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
 }
 
@@ -89,7 +92,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
     (void)nt;
     q->solid->blocks(q->ctx, q->solid->self, q->block);
-    pdi_equilibrium_scaffold(q);
+    for (int64_t k = 0; k < q->n; k++) q->diagonal[k] = q->block[k * PD_DIM + k % PD_DIM];
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < count; i++) {
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
@@ -124,6 +127,11 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     }
     if (sum) *sum = all;
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
+}
+
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+{
+    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
 /* Refuses a piece that is loaded along an axis along which nothing holds it. */
@@ -162,7 +170,7 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 {
     PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
     q->moves = q->moves || rigid->motions;
-    if (!q->solid->linear || !(pdi_rigid_work(rigid, q->desc->held, q->load) > PDI_EQUILIBRIUM_ROUNDING)) return PD_OK;
+    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
     return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
                     "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
 }
@@ -171,6 +179,22 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
 static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     pdi_rigid_remove(rigid, q->step);
+    return PD_OK;
+}
+
+/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+{
+    const double *volume = q->solid->body->volume;
+    for (int way = 0; way < 2; way++) {
+        for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
+            for (int d = 0; d < PD_DIM; d++) {
+                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
+                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
+                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+            }
+        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+    }
     return PD_OK;
 }
 
@@ -188,16 +212,46 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
+/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+{
+    double work = 0.0, size = 0.0;
+    for (int64_t k = 0; k < q->n && q->load; k++) {
+        double part = q->solid->body->volume[k / PD_DIM] * q->load[k] * motion[k];
+        work += part;
+        size += fabs(part);
+    }
+    if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
+    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    return 1;
+}
+
+/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. */
+static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+{
+    double sum = 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? u[k] : -u[k];
+    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
+}
+
 /* The linear step of what is not in balance, down to `target` [N]. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
+    int moves = q->moves && q->scaffold.levels;
     q->krylov.desc.atol = target;
+    q->krylov.desc.diagonal = q->solid->linear ? q->diagonal : NULL;
+    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
     pd_status status = pdi_krylov_solve(q->ctx, &q->krylov, pdi_equilibrium_apply, pdi_equilibrium_precondition, q,
                                         q->rest, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
-    if (status >= 0 && q->moves && q->scaffold.levels) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
+    if (status == PD_ERR_DIVERGED && q->solid->linear && !pdi_equilibrium_swings(q, q->krylov.work + q->n))
+        status = pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
+                          "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
     return status;
 }
 
@@ -229,6 +283,23 @@ static pd_status pdi_equilibrium_search(const pdi_equilibrium *q, double *u, dou
     return PD_RETRY;
 }
 
+/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
+ * to be had. */
+static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+{
+    pdi_equilibrium_scaffold(q);
+    pd_status status = pdi_equilibrium_linear(q, target, result);
+    result->steps = 1;
+    if (status < 0) return status;
+    for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    if (status == PD_OK || !(result->residual <= digits)) return status;
+    q->size *= digits / target;
+    q->ctx->status = PD_OK;
+    q->ctx->message[0] = '\0';
+    return PD_OK;
+}
+
 /* Newton's method (Eisenstat and Walker 1996). */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
@@ -237,6 +308,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
         double forcing = fmax(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
         pdi_equilibrium_blocks(q);
+        pdi_equilibrium_scaffold(q);
         pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
         status = pdi_equilibrium_search(q, u, target, &norm);
@@ -264,8 +336,10 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    q->size = pdi_equilibrium_size(q, u);
-    *target = q->size * (q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10);
+    double rtol = q->desc->rtol > 0.0 ? q->desc->rtol : 1e-10;
+    pdi_equilibrium_blocks(q);
+    q->size = fmax(pdi_equilibrium_size(q, u), pdi_equilibrium_digits(q, u) / rtol);
+    *target = q->size * rtol;
     return pdi_equilibrium_rest(q, u, norm);
 }
 
@@ -274,6 +348,7 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     double norm, target;
     pd_krylov_desc kd;
     pd_status status;
+    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
     memset(&kd, 0, sizeof kd);
@@ -281,21 +356,14 @@ static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibri
     kd.n = q->n;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.rtol = 1e-15;
+    kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     PDI_TRY(pdi_krylov_build(q->ctx, &kd, &q->krylov));
-    if (q->solid->linear) {
-        pdi_equilibrium_blocks(q);
-        status = pdi_equilibrium_linear(q, target, result);
-        if (status >= 0)
-            for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-        result->steps = 1;
-    } else {
-        status = pdi_equilibrium_newton(q, u, target, norm, result);
-    }
+    status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
+                              : pdi_equilibrium_newton(q, u, target, norm, result);
     if (status == PD_ERR_DIVERGED)
-        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, and its loads turn it: hold it, or balance "
-                        "their moments");
+        return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
+                        "loads turn it: hold it, or balance their moments");
     result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
     return status;
 }
@@ -319,6 +387,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
+#undef PDI_EQUILIBRIUM_DIGITS
 #undef PDI_EQUILIBRIUM_STEPS
 #undef PDI_EQUILIBRIUM_TRIALS
 #undef PDI_EQUILIBRIUM_SHARE

@@ -7,6 +7,7 @@
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
+#include "solid/rigid.h"
 #include "solid/scaffold.h"
 #include "solid/solid.h"
 #include "solve/krylov.h"
@@ -16,6 +17,8 @@ typedef struct pd_equilibrium_desc {
     double rtol;           /* [-] of the forces of free points, over the loads and the forces of what is held; 0:
                             * 1e-10 */
     int max_iterations;    /* 0: 10000 */
+    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
+                            * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
@@ -31,7 +34,7 @@ typedef struct pd_equilibrium_result {
  * all.
  * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
  * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
- * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body. */
+ * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
@@ -44,6 +47,7 @@ typedef struct pdi_equilibrium {
     const double *load;
     int64_t n;     /* components of all points */
     double size;   /* [N] of the problem, which residuals are over */
+    double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
     double *rest;  /* [n] [N] */
     double *step;  /* [n] [m] */
@@ -63,10 +67,12 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
 /* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
 PDI_FN pd_status pdi_equilibrium_rest(const pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse blocks. Components that are held are left out. */
+/* Inverse blocks and their diagonals, at the last u. Components that are held are left out. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
 /* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
 PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
+/* 1: loads turn a piece that does not resist: strains are small, so it does not turn to where they balance. */
+PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
 /* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);

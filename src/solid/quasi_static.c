@@ -14,6 +14,8 @@
 #define PDI_QUASI_STATIC_AGAIN 60
 /* Least part of its way that what is held moves in a round, and one over the most. */
 #define PDI_QUASI_STATIC_RELAX 0.1
+/* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
+#define PDI_QUASI_STATIC_TURN 0.1
 /* Most halvings of a step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
@@ -94,12 +96,24 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
     return PD_OK;
 }
 
-/* 1: the loads of a piece do not balance along an axis along which nothing holds it. */
+/* 1: the loads of a piece move it, or turn it, as nothing holds it. */
 static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
+    pd_rigid rigid;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    return 0;
+    pdi_rigid_find(q->solid.body, q->desc.held, piece, count, &rigid);
+    return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
+}
+
+/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
+static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
+{
+    q->off[i] = 1;
+    for (int d = 0; d < PD_DIM; d++)
+        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
+    q->lost++;
+    if (q->parted < 0.0) q->parted = t;
 }
 
 /* Pieces that have come off lose their loads. */
@@ -113,16 +127,45 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
         if (seen[i]) continue;
         int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
         if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
-        for (int32_t k = 0; k < count; k++) {
-            q->off[piece[k]] = 1;
-            for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)piece[k] * PD_DIM + d] = 0.0;
-        }
-        q->lost += count;
-        if (q->parted < 0.0) q->parted = t;
+        for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
     return status;
+}
+
+/* How fast a motion turns the fastest bond of point i [1/m]. */
+static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
+{
+    double most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], length = 0.0, way = 0.0;
+        if (body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            length += xi[d] * xi[d];
+            way += eta * eta;
+        }
+        most = fmax(most, way / length);
+    }
+    return sqrt(most);
+}
+
+/* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
+ * other. How many points. */
+static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
+{
+    const pd_body *body = q->solid.body;
+    double most = 0.0;
+    int32_t count = 0;
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count && most > 0.0; i++) {
+        if (q->off[i] || !(pdi_quasi_static_turn(body, i, motion) > PDI_QUASI_STATIC_TURN * most)) continue;
+        pdi_quasi_static_lose(q, i, t);
+        count++;
+    }
+    return count;
 }
 
 /* ---- balance ---- */
@@ -139,17 +182,27 @@ static void pdi_quasi_static_work(pd_quasi_static *q)
     q->work += pdi_sum_total(&all);
 }
 
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q)
+/* The balance, without what turns about hinges. The forces are those before. */
+static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    pd_equilibrium_desc desc;
-    pd_equilibrium_result result;
-    memset(&desc, 0, sizeof desc);
-    desc.held = q->desc.held;
-    desc.rtol = q->desc.rtol;
-    pd_status status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
-    q->iterations += result.iterations;
-    q->solves++;
-    q->residual = result.residual;
+    pd_status status = PD_ERR_DIVERGED;
+    for (int turns = 1; turns;) {
+        pd_equilibrium_desc desc;
+        pd_equilibrium_result result;
+        memset(&desc, 0, sizeof desc);
+        desc.held = q->desc.held;
+        desc.rtol = q->desc.rtol;
+        desc.swing = q->force;
+        status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
+        q->iterations += result.iterations;
+        q->solves++;
+        q->residual = result.residual;
+        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_swing(q, q->force, t);
+        if (!turns) continue;
+        ctx->status = PD_OK; /* the next balance is without them */
+        ctx->message[0] = '\0';
+    }
+    memcpy(q->force, q->before + 2 * q->n, (size_t)q->n * sizeof *q->force);
     return status;
 }
 
@@ -212,7 +265,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
 {
     for (;;) {
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q);
+        pd_status status = pdi_quasi_static_solve(ctx, q, t);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
@@ -347,4 +400,5 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
+#undef PDI_QUASI_STATIC_TURN
 #undef PDI_QUASI_STATIC_HALVINGS

@@ -297,6 +297,29 @@ static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
     }
 }
 
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
+{
+    double bytes, parts = (double)count;
+    pd_body body;
+    pd_scaffold s;
+    memset(&body, 0, sizeof body);
+    memset(&s, 0, sizeof s);
+    body.count = count;
+    s.body = &body;
+    for (int d = 0; d < PD_DIM; d++) parts /= wide;
+    s.level[0].parts = (int32_t)parts + 1;
+    bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+        pd_scaffold_level *level = &s.level[k];
+        level->parts = (int32_t)parts + 1;
+        level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
+        level->links = (int32_t)fmin(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        bytes += (double)(pdi_owner_bytes(pdi_scaffold_parts, level) + pdi_owner_bytes(pdi_scaffold_nodes, level) +
+                          pdi_owner_bytes(pdi_scaffold_links, level));
+    }
+    return bytes;
+}
+
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
 {
     memset(s, 0, sizeof *s);

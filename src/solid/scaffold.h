@@ -49,6 +49,8 @@ typedef struct pd_scaffold {
 /* Boxes, parts and nodes of a body with the bonds that it has now. */
 PDI_FN pd_status pdi_scaffold_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *scaffold);
 PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *scaffold);
+/* [byte] of that for a compact body of so many points whose boxes are `wide` points wide. */
+PDI_FN double pdi_scaffold_bytes(int32_t count, double wide);
 /* Moduli [count] [Pa] of the points and springs that hold them, hold [count][PD_DIM] [N/m]: 0 for what is free. */
 PDI_FN void pdi_scaffold_fill(const pd_ctx *ctx, pd_scaffold *scaffold, const double *lambda, const double *mu,
                               const double *hold);

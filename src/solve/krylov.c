@@ -11,6 +11,8 @@
 #define PDI_KRYLOV_CANCEL 0.1
 /* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
 #define PDI_KRYLOV_PIVOT 1e-13
+/* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
+#define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
 /* One solve: what all methods share. */
 typedef struct pdi_krylov_run {
@@ -509,6 +511,20 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
 
 /* CG from the residual r (norm) until the recurrence says done, breaks down or runs out. Flexible form of beta:
  * a cycle in single precision is symmetric to its rounding only. */
+/* The stiffness p.Ap that is rounding. Takes work vector 2. */
+static double pdi_krylov_flat(const pdi_krylov_run *run)
+{
+    const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
+    double *z = pdi_krylov_vector(run, 2);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int nt = pdi_par_threads(run->ctx, end - first);
+    (void)nt;
+    if (!d) return 0.0;
+    PDI_PARALLEL_FOR(nt)
+    for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
+    return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
+}
+
 static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
@@ -528,6 +544,10 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
         pdi_krylov_apply(run, p, q);
         double curvature = pdi_krylov_dot(run, p, q);
         if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
+        double flat = pdi_krylov_flat(run);
+        if (flat > 0.0 && fabs(curvature) <= flat)
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
+                            "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
             return pdi_fail(run->ctx, PD_ERR_DIVERGED, "krylov",
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
@@ -554,6 +574,7 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
         pd_status status = pdi_krylov_cg_run(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
+            run->result->residual = best.norm;
             return status;
         }
         pdi_krylov_best_restore(run, &best, r);

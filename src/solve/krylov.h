@@ -39,10 +39,12 @@ typedef struct pd_krylov_desc {
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
+    const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
+                         * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
 } pd_krylov_desc;
 
-/* Between solves first, end, fixed, max_iterations, rtol, atol and zero_guess of desc may be changed. */
+/* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
 typedef struct pd_krylov {
     pd_krylov_desc desc; /* defaults filled in */
     int vectors;         /* work vectors */
@@ -85,7 +87,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
- * out of a callback, or CG met an indefinite operator; x is the last finite iterate. PD_ERR_ARGUMENT: b or x is not
+ * out of a callback, or CG met an indefinite operator or a direction without stiffness, which is vector 1 of the work;
+ * x is the best iterate seen. PD_ERR_ARGUMENT: b or x is not
  * finite.
  * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,

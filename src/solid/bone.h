@@ -1,0 +1,32 @@
+/* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
+ *
+ * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
+ * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).
+ *
+ * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
+ */
+#ifndef PD_BONE_H
+#define PD_BONE_H
+#include "solid/elastic.h"
+
+typedef enum pd_bone_site {
+    PD_BONE_VERTEBRA = 0,
+    PD_BONE_TIBIA,        /* proximal */
+    PD_BONE_TROCHANTER,   /* greater */
+    PD_BONE_FEMUR,        /* neck */
+    PD_BONE_POOLED,       /* those four */
+    PD_BONE_CARTER_HAYES  /* 3790 MPa rate^0.06 rho^3 at a strain of 1 % a second */
+} pd_bone_site;
+
+#define pd_bone_modulus PD_NAME(pd_bone_modulus)
+#define pd_bone_stretch PD_NAME(pd_bone_stretch)
+
+/* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
+PD_API double pd_bone_modulus(pd_bone_site site, double density);
+/* Critical stretch [-] of a microelastic solid whose cracks take the energy `fracture` [J/m2] per area: s^2 =
+ * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
+ * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
+ * those of pd_microelastic. NaN: an argument is out of range. */
+PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
+
+#endif

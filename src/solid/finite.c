@@ -1,0 +1,638 @@
+/* finite: see finite.h */
+#include "solid/finite.h"
+#include "core/par.h"
+#include "solid/tensor.h"
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+#define PDI_FINITE_FLAT 1e-6
+/* Scalar operations of a bond, to decide on threads. */
+#define PDI_FINITE_WORK 300
+
+/* A bond of a family. */
+typedef struct pdi_finite_bond {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double weight;     /* [m^d] w V_j */
+} pdi_finite_bond;
+
+static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
+
+/* Bond b of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+{
+    bond->weight = (double)f->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
+    bond->weight *= f->body->volume[f->body->column[b]];
+    return 1;
+}
+
+static double pdi_finite_stiff(const pd_finite *f, int32_t i) { return f->desc.stiff ? f->desc.stiff[i] : 1.0; }
+
+static double *pdi_finite_state(const pd_finite *f, int64_t site)
+{
+    return f->desc.law.kind == PD_FINITE_J2 ? f->state + site * PDI_FINITE_STATE : NULL;
+}
+
+/* The moduli of the law, which build has checked. */
+static pdi_finite_moduli pdi_finite_law_of(const pd_finite *f)
+{
+    pdi_finite_moduli m;
+    pd_ctx none;
+    pd_ctx_init(&none);
+    pdi_finite_law_make(&none, &f->desc.law, &m);
+    return m;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
+{
+    pd_finite *finite = (pd_finite *)object;
+    int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
+    int64_t sites = pdi_finite_own(finite) ? bonds : count;
+    PDI_ARRAY(owner, finite, weight, bonds, "1");
+    PDI_ARRAY(owner, finite, back, bonds, "1");
+    PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, finite, total, count, "m^d");
+    PDI_ARRAY(owner, finite, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, finite, u, count * PD_DIM, "m");
+    PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
+    PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
+    PDI_ARRAY(owner, finite, work, count, "");
+    if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
+    PDI_VALUE(owner, finite, cost, "J");
+    if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_FINITE_MODULI, "Pa");
+    if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
+}
+
+/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
+static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+{
+    const pd_body *body = f->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        int32_t j = body->column[b];
+        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
+        pdi_body_bond(body, i, b, xi);
+        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
+    }
+}
+
+/* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
+static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
+{
+    double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
+    double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        total += bond.weight;
+        for (int p = 0; p < PDI_TENSOR; p++) {
+            double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            k[p] += square * scale;
+            mean[p] += square * bond.over;
+        }
+    }
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) k[p] /= total;
+    for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) mean[p] /= total;
+    int spans = total > 0.0 && pdi_vec_invert(k, shape) > PDI_FINITE_FLAT;
+    for (int p = 0; p < PDI_TENSOR; p++) shape[p] = spans ? shape[p] * scale / total : 0.0;
+    f->total[i] = spans ? total : 0.0;
+}
+
+/* The pull on bonds of a stress P is P g: g of the family of point i. */
+static void pdi_finite_shares(const pd_finite *f, int32_t i)
+{
+    double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    pdi_finite_bond bond;
+    pdi_finite_family(f, i, mean);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!open) continue;
+        pdi_tensor_times(shape, bond.xi, at);
+        pdi_tensor_times(mean, at, back);
+        for (int d = 0; d < PD_DIM; d++)
+            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
+                                                                : at[d]);
+    }
+}
+
+/* Forces of the pulls of all families on point i. */
+static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
+{
+    const pd_body *body = f->body;
+    for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    }
+}
+
+static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double *force)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 10);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
+}
+
+/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+ * none. */
+static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
+{
+    int nt = pdi_par_threads(ctx, f->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bonds(f, i);
+        pdi_finite_shares(f, i);
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pd_body *body = f->body;
+    f->known = 0;
+    for (int32_t i = 0; i < body->count; i++)
+        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
+                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+    int32_t flat = pdi_finite_families(ctx, f);
+    while (flat >= 0 && f->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(f->total[i] > 0.0)) f->lost += pdi_body_release(f->body, i);
+        flat = pdi_finite_families(ctx, f);
+    }
+    if (flat >= 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "finite",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon", (double)pdi_body_intact(body, flat), (int)flat,
+                        body->position[(int64_t)flat * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, f->edge);
+    return PD_OK;
+}
+
+/* Stiffness of the springs of Silling: a bond-based solid of the same bulk modulus K has the micro-modulus
+ * c = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4)  in 1D, 2D, 3D, here over the horizon d. */
+static double pdi_finite_spring(const pd_finite *f)
+{
+    static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
+    if (f->desc.control != PD_FINITE_SILLING) return 0.0;
+    return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
+}
+
+static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pdi_finite_moduli moduli;
+    memset(f, 0, sizeof *f);
+    PDI_TRY(pdi_finite_law_make(ctx, &desc->law, &moduli));
+    if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
+                        (int)desc->control, (int)desc->law.kind);
+    if (desc->control == PD_FINITE_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
+    f->desc = *desc;
+    f->body = body;
+    f->lambda = pdi_finite_law_lambda(&moduli);
+    f->mu = moduli.mu;
+    f->spring = pdi_finite_spring(f);
+    PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    return pdi_finite_update(ctx, f);
+}
+
+pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+{
+    pd_status status = pdi_finite_make(ctx, body, desc, f);
+    if (status < 0) pd_finite_free(ctx, f);
+    return status;
+}
+
+void pd_finite_free(pd_ctx *ctx, pd_finite *f)
+{
+    pdi_owner_free(ctx, pdi_finite_list, f);
+    memset(f, 0, sizeof *f);
+}
+
+/* ---- gradients ---- */
+
+/* Displacement of the other end of bond b less that of point i [m]. */
+static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* H = F - 1 of point i. */
+static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, double *h)
+{
+    double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
+    pdi_finite_bond bond;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_eta(f, u, i, b, eta);
+        for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
+    }
+    pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
+}
+
+/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                    const pdi_finite_bond *bond, double *z)
+{
+    double along[PD_DIM];
+    pdi_finite_eta(f, u, i, b, z);
+    pdi_tensor_times(h, bond->xi, along);
+    for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
+}
+
+/* The gradient of that bond alone: h + z xi^T/r^2. */
+static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+                                            const pdi_finite_bond *bond, double *own)
+{
+    double z[PD_DIM];
+    pdi_finite_stray(f, u, h, i, b, bond, z);
+    for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
+}
+
+static inline void pdi_finite_add_one(const double *h, double *f)
+{
+    for (int p = 0; p < PDI_TENSOR; p++) f[p] = h[p] + (p % (PD_DIM + 1) == 0 ? 1.0 : 0.0);
+}
+
+/* ---- forces and their derivative ---- */
+
+/* Derivative p of the stress of a site with the gradient f along df. */
+static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *m, int64_t site, const double *full,
+                                   const double *df, double *p)
+{
+    if (!f->desc.keep) {
+        pdi_finite_law_tangent(m, full, pdi_finite_state(f, site), df, p);
+        return;
+    }
+    double *kept = f->moduli + site * PDI_FINITE_MODULI;
+    if (!f->known) pdi_finite_law_moduli(m, full, pdi_finite_state(f, site), kept);
+    for (int k = 0; k < PDI_TENSOR; k++) p[k] = 0.0;
+    for (int row = 0; row < PDI_TENSOR; row++) {
+        double sum = *kept++ * df[row];
+        for (int q = row + 1; q < PDI_TENSOR; q++) {
+            sum += *kept * df[q];
+            p[q] += *kept++ * df[row];
+        }
+        p[row] += sum;
+    }
+}
+
+/* Pulls of the family of point i on its bonds, at the displacements f->u; along du unless it is NULL. 0: a bond is
+ * turned inside out. */
+static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], change[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR];
+    double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
+    pdi_finite_bond bond;
+    if (du) pdi_finite_gradient(f, du, i, dh);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        pdi_finite_add_one(part, full);
+        if (du) {
+            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
+            pdi_finite_site(f, m, b, full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            return 0;
+        }
+        pdi_tensor_times(p, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = along[d] * bond.over / f->total[i];
+        bond.weight /= f->total[i];
+        for (int k = 0; k < PDI_TENSOR; k++)
+            moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
+    }
+    pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        for (int d = 0; d < PD_DIM; d++)
+            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+    }
+    return 1;
+}
+
+/* The same with the gradient of the family for all of its bonds. */
+static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
+{
+    const double *h = f->gradient + (int64_t)i * PDI_TENSOR, *u = du ? du : f->u;
+    double dh[PDI_TENSOR], full[PDI_TENSOR], p[PDI_TENSOR], part[PDI_TENSOR], along[PD_DIM], z[PD_DIM];
+    pdi_finite_bond bond;
+    pdi_finite_add_one(h, full);
+    if (du) {
+        pdi_finite_gradient(f, du, i, dh);
+        pdi_finite_site(f, m, i, full, dh, p);
+    } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, i), p)) {
+        return 0;
+    }
+    pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+        for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        pdi_tensor_times(part, bond.xi, along);
+        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
+    }
+    return 1;
+}
+
+/* All of them. Returns a point with a bond that is turned inside out, or -1. */
+static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const double *du)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!du) pdi_finite_gradient(f, f->u, i, f->gradient + (int64_t)i * PDI_TENSOR);
+        int good = pdi_finite_own(f) ? pdi_finite_pull_own(f, &m, du, i) : pdi_finite_pull_plain(f, &m, du, i);
+        f->work[i] = good ? 0.0 : 1.0;
+    }
+    for (int32_t i = 0; i < f->body->count; i++)
+        if (f->work[i] > 0.0) return i;
+    return -1;
+}
+
+static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_finite *f = (pd_finite *)self;
+    f->known = 0;
+    memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
+    int32_t folded = pdi_finite_pulls(ctx, f, NULL);
+    if (folded >= 0)
+        return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
+                        f->body->position[(int64_t)folded * PD_DIM]);
+    pdi_finite_gather_all(ctx, f, force);
+    return PD_OK;
+}
+
+static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_finite_pulls(ctx, f, du);
+    f->known = 1;
+    pdi_finite_gather_all(ctx, f, df);
+}
+
+/* Adds share (mu g^2 1 + (lambda + mu) g g^T) to a block. */
+static void pdi_finite_add_block(const pd_finite *f, double share, const double *g, double *block)
+{
+    double square = pdi_tensor_dot(g, g);
+    for (int k = 0; k < PDI_TENSOR; k++)
+        block[k] += share * ((k % (PD_DIM + 1) == 0 ? f->mu * square : 0.0) +
+                             (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
+}
+
+/* Those of small strains. */
+static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_TENSOR, here = pdi_finite_stiff(f, i);
+        double at[PD_DIM], all[PD_DIM] = {0.0};
+        pdi_finite_bond bond;
+        for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            double volumes = body->volume[i] * bond.weight;
+            if (pdi_finite_own(f)) {
+                double share = here / f->total[i] + there / f->total[j];
+                pdi_finite_add_block(f, volumes * bond.over * bond.over * share, bond.xi, a);
+                continue;
+            }
+            for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
+            pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
+            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
+        }
+        pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
+        pdi_finite_add_block(f, here * body->volume[i], at, a);
+    }
+}
+
+/* ---- energy, stress, state ---- */
+
+/* Energy [Pa] of point i at u. */
+static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_add_one(part, full);
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+        } else {
+            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
+        }
+    }
+    pdi_finite_add_one(h, full);
+    if (!pdi_finite_own(f)) sum += pdi_finite_law_energy(m, full, pdi_finite_state(f, i), 0);
+    return sum * pdi_finite_stiff(f, i);
+}
+
+static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    pdi_sum all = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) f->work[i] = pdi_finite_point_energy(f, &m, u, i);
+    for (int32_t i = 0; i < f->body->count; i++) {
+        if (!(f->work[i] < HUGE_VAL)) return HUGE_VAL;
+        pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    }
+    return pdi_sum_total(&all);
+}
+
+/* Mean Cauchy stress of the bonds of point i, or, where that is NULL, what has yielded stays and costs f->work. */
+static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i, double *stress)
+{
+    double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
+    double single = 1.0, normal, all = 0.0;
+    pdi_finite_bond bond;
+    pdi_finite_gradient(f, u, i, h);
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
+        int64_t site = pdi_finite_own(f) ? b : i;
+        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        memcpy(part, h, sizeof part);
+        if (pdi_finite_own(f)) {
+            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            single = bond.weight / f->total[i];
+        }
+        pdi_finite_add_one(part, full);
+        if (!stress) {
+            all += single * pdi_finite_law_commit(m, full, pdi_finite_state(f, site));
+        } else if (pdi_finite_law_cauchy(m, full, pdi_finite_state(f, site), part, &normal)) {
+            for (int k = 0; k < PDI_TENSOR; k++) sum[k] += single * part[k];
+            all += single * normal;
+        }
+        if (!pdi_finite_own(f)) break;
+    }
+    for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_stiff(f, i);
+    if (!stress) f->work[i] = all * pdi_finite_stiff(f, i);
+    else if (f->across) f->across[i] = all * pdi_finite_stiff(f, i);
+}
+
+static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
+{
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++)
+        pdi_finite_visit(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
+}
+
+static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pdi_finite_visit_all(ctx, (const pd_finite *)self, u, stress);
+}
+
+static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    pd_finite *f = (pd_finite *)self;
+    pdi_sum all = {f->cost, 0.0};
+    pdi_finite_visit_all(ctx, f, u, NULL);
+    for (int32_t i = 0; i < f->body->count; i++) pdi_sum_add(&all, f->body->volume[i] * f->work[i]);
+    f->cost = pdi_sum_total(&all);
+    f->known = 0;
+    return PD_OK;
+}
+
+static double pdi_finite_normal(const void *self, int32_t i, const double *stress)
+{
+    (void)stress;
+    return ((const pd_finite *)self)->across[i];
+}
+
+static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
+
+static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_finite *f = (pd_finite *)self;
+    PDI_TRY(pdi_owner_store(ctx, pdi_finite_list, f, archive));
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, f->body, archive));
+    return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
+}
+
+void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
+{
+    (void)ctx;
+    for (int32_t i = 0; i < f->body->count; i++) {
+        pdi_finite_bond bond;
+        double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
+        strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
+        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
+            if (pdi_finite_open(f, i, b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+    }
+}
+
+/* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
+ * plain correspondence of K^-1. */
+static double pdi_finite_steep(const pd_finite *f, int32_t i)
+{
+    const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
+    double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
+    pdi_finite_bond bond;
+    if (!(f->total[i] > 0.0)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
+    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
+        if (pdi_finite_open(f, i, b, &bond))
+            for (int k = 0; k < PDI_TENSOR; k++)
+                across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
+    pdi_tensor_product(across, shape, power);
+    for (int d = 0; d < PD_DIM; d++) size = fmax(size, shape[d * (PD_DIM + 1)]);
+    for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
+    for (int round = 0; round < 3; round++) {
+        pdi_tensor_product(power, power, square);
+        memcpy(power, square, sizeof power);
+    }
+    for (int d = 0; d < PD_DIM; d++) trace += power[d * (PD_DIM + 1)];
+    return size * pow(fmax(trace, 0.0), 0.125);
+}
+
+/* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
+ * its other end would, with the largest modulus M (theory: eq. 8.24). */
+static double pdi_finite_limit(const void *self, double density)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    const pd_body *body = f->body;
+    double modulus = fmax(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
+    for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_steep(f, i);
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_finite_bond bond;
+        double sum = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_finite_open(f, i, b, &bond)) continue;
+            for (int end = 0; end < 2; end++) {
+                int32_t k = end ? body->column[b] : i;
+                double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
+                                                : fmax(f->work[k], f->spring);
+                sum += bond.weight * pdi_finite_stiff(f, k) * size;
+            }
+        }
+        stiffest = fmax(stiffest, sum);
+    }
+    return sqrt(2.0 * density / stiffest);
+}
+
+pd_solid pd_finite_solid(pd_finite *f)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "finite";
+    s.self = f;
+    s.body = f->body;
+    s.edge = f->edge;
+    s.force = pdi_finite_force;
+    s.tangent = pdi_finite_tangent;
+    s.blocks = pdi_finite_blocks;
+    s.energy = pdi_finite_energy;
+    s.stress = pdi_finite_stress;
+    s.update = pdi_finite_update;
+    if (PD_DIM == 2) s.normal = pdi_finite_normal;
+    if (f->desc.law.kind == PD_FINITE_J2) {
+        s.dissipated = pdi_finite_dissipated;
+        s.commit = pdi_finite_commit;
+    }
+    s.limit = pdi_finite_limit;
+    s.store = pdi_finite_store;
+    return s;
+}
+
+#undef PDI_FINITE_FLAT
+#undef PDI_FINITE_WORK

@@ -1,0 +1,40 @@
+/* finite_case: materials of large strains. */
+#ifndef FINITE_CASE_H
+#define FINITE_CASE_H
+#include "solid/finite.h"
+#include "solid_case.h"
+
+#define E 45e9
+enum { WAYS = 24 };
+
+/* Law way % 3 with control way / 3 % 3, and each influence, plane and Poisson ratio. */
+static inline pd_finite_desc desc_of(int way)
+{
+    static const double ratios[4] = {0.3, 0.0, 0.45, 0.2};
+    pd_finite_desc d;
+    memset(&d, 0, sizeof d);
+    d.law.kind = (pd_finite_kind)(way % 3);
+    d.control = (pd_finite_control)(way / 3 % 3);
+    d.law.young = E;
+    d.law.poisson = ratios[way / 2 % 4];
+    d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
+    d.influence = (pd_influence)(way / 5 % 3);
+    d.penalty = 0.5;
+    d.keep = way / 3 & 1;
+    d.law.yield = 3e-3 * E;
+    d.law.hardening = way & 4 ? 0.0 : 0.05 * E;
+    d.law.saturation = way & 8 ? 6e-3 * E : 0.0;
+    d.law.rate = 20.0;
+    return d;
+}
+
+static inline pdi_finite_moduli moduli(const pd_finite_desc *d)
+{
+    pd_ctx ctx;
+    pdi_finite_moduli m;
+    pd_ctx_init(&ctx);
+    CHECK_OK(&ctx, pdi_finite_law_make(&ctx, &d->law, &m));
+    return m;
+}
+
+#endif
