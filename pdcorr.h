@@ -6105,8 +6105,8 @@ PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_pictur
 /* ======== >>io/warp.h ======== */
 /* warp: pictures of cells that have moved.
  *
- * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and hold
- * together, so there is no gap between those, and a crack between cells opens.
+ * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and
+ * hold together, so there is no gap between those, and a crack between cells opens.
  */
 #ifndef PD_WARP_H
 #define PD_WARP_H
@@ -45663,7 +45663,8 @@ static double pdi_footprint_pictures(const pd_setup *u)
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
     double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
     if (u->deformed > 0.0) /* at its largest, with the paper and the displacements */
-        all = 6.0 * 1230.0 * 1040.0 + PDI_FOOTPRINT_PACK + 9.0 * 1000.0 * 900.0 + 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+        all = 6.0 * 1230.0 * 1040.0 + PDI_FOOTPRINT_PACK + 9.0 * 1000.0 * 900.0 +
+              16.0 * (lx / u->h[right]) * (ly / u->h[up]);
     return fmax(largest, all);
 }
 

@@ -1,7 +1,7 @@
 /* warp: pictures of cells that have moved.
  *
- * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and hold
- * together, so there is no gap between those, and a crack between cells opens.
+ * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and
+ * hold together, so there is no gap between those, and a crack between cells opens.
  */
 #ifndef PD_WARP_H
 #define PD_WARP_H
