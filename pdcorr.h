@@ -45611,7 +45611,7 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
-    band.flows = s->elastic.plastic.count > 0;
+    band.fields = s->elastic.plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF;
     band.stride = s->count;
     return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
 }
