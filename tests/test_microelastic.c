@@ -424,6 +424,7 @@ TEST(goes_on)
     static double kept[MOST * PD_DIM];
     const char *path = PD_DIM == 1 ? "springs_1d.state" : PD_DIM == 2 ? "springs_2d.state" : "springs_3d.state";
     int n[3] = {30, PD_DIM == 1 ? 1 : 20, 8};
+    double work = 0.0, released = 0.0;
     int64_t broken = 0;
     for (int run = 0; run < 2; run++) {
         pd_verlet_desc desc;
@@ -450,11 +451,54 @@ TEST(goes_on)
         if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, 2.0 * half))) return;
         size_t size = (size_t)c->body.count * PD_DIM * sizeof *kept;
         if (!run) memcpy(kept, c->verlet.u, size);
-        else CHECK(memcmp(kept, c->verlet.u, size) == 0 && c->verlet.broken == broken);
+        else {
+            CHECK(memcmp(kept, c->verlet.u, size) == 0 && c->verlet.broken == broken);
+            CHECK(memcmp(&work, &c->verlet.work, sizeof work) == 0);
+            CHECK(memcmp(&released, &c->material.released, sizeof released) == 0);
+        }
         broken = c->verlet.broken;
+        work = c->verlet.work;
+        released = c->material.released;
         end(c);
     }
     remove(path);
+}
+
+/* One thread and two give the same bits of a body that tears, and of the energies. */
+TEST(threads)
+{
+    static double kept[MOST * PD_DIM];
+    int n[3] = {PD_DIM == 1 ? 20000 : PD_DIM == 2 ? 100 : 24, PD_DIM == 2 ? 80 : 20, 16};
+    double work = 0.0, released = 0.0;
+    for (int run = 0; run < 2; run++) {
+        pd_verlet_desc desc;
+        bar_case *c = box(n, 1e-4, 2.0);
+        memset(&desc, 0, sizeof desc);
+        if (!c) return;
+        desc.density = 2440.0;
+        desc.load = c->load;
+        desc.held = c->held;
+        if (!springs(c, 3.8, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT) || !moves(c, &desc)) return;
+        for (int32_t i = 0; i < c->body.count; i++) {
+            c->verlet.v[i * PD_DIM] = c->position[i * PD_DIM] > 0.0 ? 30.0 : -30.0;
+            c->held[i * PD_DIM] = fabs(c->position[i * PD_DIM]) > 0.45e-4 * n[0];
+            c->load[i * PD_DIM + PD_DIM - 1] = 1e9 * c->position[i * PD_DIM] / (1e-4 * n[0]);
+        }
+        c->ctx.threads = run + 1;
+        double end_time = 20.0 * c->verlet.longest;
+        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), end_time))) return;
+        size_t size = (size_t)c->body.count * PD_DIM * sizeof *kept;
+        CHECK(c->verlet.broken > 0 && c->material.released > 0.0 && fabs(c->verlet.work) > 0.0);
+        if (run) {
+            CHECK(memcmp(kept, c->verlet.u, size) == 0);
+            CHECK(memcmp(&work, &c->verlet.work, sizeof work) == 0);
+            CHECK(memcmp(&released, &c->material.released, sizeof released) == 0);
+        }
+        memcpy(kept, c->verlet.u, size);
+        work = c->verlet.work;
+        released = c->material.released;
+        end(c);
+    }
 }
 
 #if PD_DIM == 2
@@ -521,4 +565,4 @@ TEST(plate)
 #endif
 
 TEST_MAIN(ENTRY(moduli) ENTRY(cracks) ENTRY(rotation) ENTRY(vectors) OF_1D ENTRY(waves) ENTRY(longest_step) ENTRY(table)
-              ENTRY(goes_on) OF_2D)
+              ENTRY(goes_on) ENTRY(threads) OF_2D)

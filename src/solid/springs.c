@@ -284,8 +284,8 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         uint32_t lanes = band->bond[b].lanes;
         if (lanes == PDI_SPRINGS_ALL)
             pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
-        else
-            pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (whole > 1) pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, 1, sums);
     }
 }
 
@@ -350,6 +350,16 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
     return broken;
 }
 
+static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
+{
+    if (whole > 1) {
+        memset(sums, 0, sizeof *sums);
+        return;
+    }
+    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->part[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    sums->high[0] = sums->low[0] = 0.0;
+}
+
 /* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
 static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
 {
@@ -367,14 +377,15 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
+    if (count == 1) whole = 1;
     double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
-    memset(&sums, 0, sizeof sums);
+    pdi_springs_zero(whole, &sums);
     if (s->lattice) {
         pdi_springs_collect(s, k, whole, &sums);
         while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
-        if (n < count) memset(&sums, 0, sizeof sums);
+        if (n < count) pdi_springs_zero(whole, &sums);
     }
     for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
     pdi_springs_fold(whole, &sums);
