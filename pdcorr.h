@@ -98,11 +98,14 @@
  *     body       material points of a solid and their families.
  *     cut        cracks that a body has from the start, and the damage of its points.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
+ *     weigh      how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
+ *     strain     symmetric tensors as vectors, and symmetric matrices between them.
  *     rigid      motions of a piece of a body as a whole that what is held allows.
  *     scaffold   a coarse picture of a body under small strains, for preconditioners.
  *     plastic    metal that flows at von Mises' yield stress and hardens, at small strains.
  *     band       the two sums over bonds that small strains need, for many points at a time.
  *     elastic    small strains of a body by bond-associated correspondence.
+ *     criterion  when bonds of a solid break, which do, and which is the first as a load grows.
  *     equilibrium displacements of a body at rest under loads and held points.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
@@ -110,6 +113,7 @@
  *     springs    forces of bonds that are springs, for many points at a time, and which of them break.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
+ *     ordinary   linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
  *     tensor     vectors and tensors of mechanics in loops over bonds.
  *     finite_law energy and stress of one place of a solid at large strains.
  *     finite     large strains of a body by correspondence.
@@ -3808,6 +3812,9 @@ typedef struct pd_solid {
     void (*moduli)(const pd_ctx *ctx, void *self, double *lambda, double *mu);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
+    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
+     * sum V_j energy_ij. A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
@@ -3831,6 +3838,141 @@ typedef struct pd_solid {
     /* Write all that is remembered, or read it. NULL: nothing is. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
 } pd_solid;
+
+#ifdef PDI_INTERNAL
+/* Von Mises' stress of a stress and, in 2D, the one normal to its plane; *mean: of the normal stresses [Pa]. */
+static inline double pdi_solid_mises(const double *stress, double normal, double *mean)
+{
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * PD_DIM + d];
+    *mean = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = stress[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    return sqrt(1.5 * square);
+}
+#endif
+
+#endif
+
+/* ======== >>solid/weigh.h ======== */
+/* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
+ *
+ * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
+ * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8).
+ */
+#ifndef PD_WEIGH_H
+#define PD_WEIGH_H
+
+#ifdef PDI_INTERNAL
+typedef enum pdi_weigh_way {
+    PDI_WEIGH_PLAIN = 0, /* g = 1 */
+    PDI_WEIGH_ENERGY,    /* by the energy of strains along the axes */
+    PDI_WEIGH_VOLUME     /* 2 V_0/(V_i + V_j), V: of families */
+} pdi_weigh_way;
+
+/* Sums over a whole family of the lattice. */
+typedef struct pdi_weigh_sums {
+    double size;   /* [m^(d+2)] sum w r^2 V */
+    double axis;   /* [m^(d+2)] sum w r^2 n_0^4 V */
+    double off;    /* [m^(d+2)] sum w r^2 n_0^2 n_1^2 V */
+    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
+    double least;  /* [-] least w of all bonds */
+} pdi_weigh_sums;
+
+typedef struct pdi_weigh {
+    const pd_body *body;
+    pd_influence influence;
+    pdi_weigh_way way;
+    double shear;         /* [-] a */
+    pdi_weigh_sums whole; /* zero without a spacing */
+} pdi_weigh;
+
+/* The part q of direction xi; its mean over all directions is zero. 1D has one direction. */
+static inline double pdi_weigh_cubic(const double *xi, double square)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
+    return PD_DIM > 1 ? sum - 3.0 / (PD_DIM + 2.0) : 0.0;
+}
+/* g of a bond along xi whose ends have the parts `own` and `other` of `bulk` along the axes: the mean of both ends,
+ * between axes as on an ellipsoid (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018). */
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk);
+/* Volume of a cell of the lattice [m^d]. */
+static inline double pdi_weigh_cell(const pd_body *body)
+{
+    double volume = 1.0;
+    for (int d = 0; d < PD_DIM; d++) volume *= body->spacing;
+    return volume;
+}
+/* How many places of a lattice a family may have. */
+PDI_FN int pdi_weigh_places(const pd_body *body);
+/* Place k of them: xi [m], and its square; 0: the point itself. */
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
+/* Largest over least energy of a crack, all normals n; 1: it takes none. */
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
+/* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
+PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
+/* weight [bonds]; 0: the bond is broken. Both ends of a bond get the same number, and bonds that are broken count for g
+ * as others do. */
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, float *weight);
+#endif
+
+#endif
+
+/* ======== >>solid/strain.h ======== */
+/* strain: symmetric tensors as vectors, and symmetric matrices between them.
+ *
+ * A tensor is its diagonal and then what lies off it times the root of 2, so that a.b = A:B. A matrix is its lower
+ * triangle, row by row.
+ */
+#ifndef PD_STRAIN_H
+#define PD_STRAIN_H
+
+#ifdef PDI_INTERNAL
+#define PDI_STRAIN_PACK (PDI_SYM * (PDI_SYM + 1) / 2)
+#define PDI_STRAIN_ROOT2 1.41421356237309504880
+
+/* x x^T. */
+static inline void pdi_strain_dyad(const double *x, double *v)
+{
+    int k = PD_DIM;
+    for (int p = 0; p < PD_DIM; p++) {
+        v[p] = x[p] * x[p];
+        for (int q = 0; q < p; q++) v[k++] = PDI_STRAIN_ROOT2 * x[p] * x[q];
+    }
+}
+
+static inline double pdi_strain_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < PDI_SYM; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+static inline double pdi_strain_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d];
+    return sum;
+}
+
+/* y = L x. */
+static inline void pdi_strain_times(const double *law, const double *x, double *y)
+{
+    for (int a = 0; a < PDI_SYM; a++) {
+        y[a] = *law++ * x[0];
+        for (int b = 1; b <= a; b++) y[a] += *law++ * x[b];
+        for (int b = 0; b < a; b++) y[b] += law[b - a - 1] * x[a];
+    }
+}
+#endif
 
 #endif
 
@@ -4124,6 +4266,77 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
 
 #endif
 
+/* ======== >>solid/criterion.h ======== */
+/* criterion: when bonds of a solid break, which do, and which is the first as a load grows.
+ *
+ * A measure of a bond reaches a critical value: its stretch, the energy that it holds (Foster, Silling and Chen 2011),
+ * or the stress of its ends. The critical energy follows from the energy of a crack by sums over the lattice, so that
+ * the mean over all directions of the crack is exact (theory: eq. 8.29).
+ */
+#ifndef PD_CRITERION_H
+#define PD_CRITERION_H
+
+typedef enum pd_criterion_kind {
+    PD_CRITERION_STRETCH = 0, /* [-] (|Y| - r)/r */
+    PD_CRITERION_ENERGY,      /* [J/m^(2d)] of both ends, over the part of a rim cell; of bonds that are stretched */
+    PD_CRITERION_PRINCIPAL,   /* [Pa] largest principal stress, mean of both ends */
+    PD_CRITERION_MISES        /* [Pa] von Mises' stress, mean of both ends */
+} pd_criterion_kind;
+
+/* Zero-initialise. Without a critical value and `fracture` no bond breaks. */
+typedef struct pd_criterion_desc {
+    pd_criterion_kind kind;
+    double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
+    double fracture;       /* [J/m2] energy of a crack per area, for PD_CRITERION_ENERGY on a lattice */
+    const uint8_t *spared; /* [count] 1: no bond of the point breaks; NULL: none. Borrowed */
+} pd_criterion_desc;
+
+typedef struct pd_criterion {
+    pd_criterion_desc desc;
+    pd_solid solid;
+    double critical;   /* [-], [J/m^(2d)] or [Pa]; 0: no bond breaks */
+    double anisotropy; /* [-] largest energy of a crack over the least one, all directions; 1 but for `fracture` */
+    double *energy;    /* [bonds] [J/m^(2d)] work */
+    double *stress;    /* [count][PD_DIM^2] [Pa] work */
+    double *scalar;    /* [count] [Pa] stress of each point that counts */
+    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] most of the bonds to later points */
+} pd_criterion;
+
+/* The bond that breaks first. */
+typedef struct pd_criterion_bond {
+    int64_t bond;          /* -1: no measure is above 0 */
+    int32_t from, to;      /* its points */
+    double place[PD_DIM];  /* [m] its middle */
+    double measure;        /* [-], [J/m^(2d)] or [Pa] */
+    double factor;         /* [-] on u; 0: none */
+} pd_criterion_bond;
+
+#define pd_criterion_build PD_NAME(pd_criterion_build)
+#define pd_criterion_break PD_NAME(pd_criterion_break)
+#define pd_criterion_first PD_NAME(pd_criterion_first)
+#define pd_criterion_free PD_NAME(pd_criterion_free)
+
+/* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
+ * without a lattice or with another kind, a material that lacks energies of bonds or stress. */
+PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
+                                    pd_criterion *criterion);
+/* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
+ * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
+ * critical one. Returns how many. The material has to be updated then. */
+PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
+/* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
+ * Energies grow like its square: exact where forces are linear. */
+PD_API void pd_criterion_first(const pd_ctx *ctx, pd_criterion *criterion, const double *u, pd_criterion_bond *first);
+PD_API void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_criterion_list(pdi_owner *owner, void *criterion);
+/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+PDI_FN double pdi_criterion_crack(const pd_criterion *criterion, const double *n);
+#endif
+
+#endif
+
 /* ======== >>solid/equilibrium.h ======== */
 /* equilibrium: displacements of a body at rest under loads and held points.
  *
@@ -4206,7 +4419,7 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
 /* ======== >>solid/quasi_static.h ======== */
 /* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *
- * A step finds the balance at its end. Bonds beyond the critical stretch then break, those that are stretched most
+ * A step finds the balance at its end. Bonds beyond the critical value of a criterion then break, the worst of them
  * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
  * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
  * nothing holds against its loads, loses them.
@@ -4222,15 +4435,15 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    double stretch;        /* [-] at which bonds break; 0: none does */
-    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`;
-                            * -1: 0.5 */
+    pd_criterion_desc criterion; /* by which bonds break; zero: none does */
+    double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
 } pd_quasi_static_desc;
 
 typedef struct pd_quasi_static {
     pd_quasi_static_desc desc;
     pd_solid solid;
+    pd_criterion criterion;
     int64_t n;             /* components of all points */
     double *u;             /* [n] [m] */
     double *load;          /* [n] [N/m3] */
@@ -4245,10 +4458,10 @@ typedef struct pd_quasi_static {
     int stale;             /* 1: bonds or stiffness are not those of the balance */
     double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
     double stored;         /* [J] */
-    double released;       /* [J] energy that broken bonds had */
+    double released;       /* [J] that the body lost as bonds broke, before it moved */
     double taken;          /* [J] that went with metal that has gone */
     double parted;         /* [s] when the first loaded piece came off; -1: none has */
-    int64_t broken, lost;  /* bonds beyond the stretch, and points that came off with loads */
+    int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */
 } pd_quasi_static;
@@ -4259,7 +4472,7 @@ typedef struct pd_quasi_static {
 #define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
 
 /* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
- * of range. */
+ * of range, and as of pd_criterion_build. */
 PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
                                        pd_quasi_static *quasi_static);
 /* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium
@@ -4507,6 +4720,84 @@ PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
+#endif
+
+#endif
+
+/* ======== >>solid/ordinary.h ======== */
+/* ordinary: linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
+ *
+ * The family of point i has the strain E_i that fits the extensions e of its bonds best: e = r n.E n + z. Its energy
+ * density is that of Hooke's law for E_i, and that of springs for what is left,
+ *
+ *   W_i = lambda tr(E)^2/2 + mu E:E + (alpha/2) sum w V_j z^2,  alpha = d (d + 2) mu/m,  m = sum w V_j r^2.
+ *
+ * In a family that is the same in all directions this is the solid of Silling et al. 2007, with the bulk modulus and
+ * the shear modulus as its two constants. In any other, on a lattice or at a surface, it keeps Hooke's law for all
+ * strains (theory: 8.9). Other ways of mending surfaces are there to compare.
+ *
+ * Sources: Silling, Epton, Weckner, Xu and Askari 2007 (linear peridynamic solid); Mitchell, Silling and Littlewood
+ * 2015 (position-aware); Le and Bobaru 2018 (energy and volume methods).
+ */
+#ifndef PD_ORDINARY_H
+#define PD_ORDINARY_H
+
+/* What makes up for the bonds that cut families lack. */
+typedef enum pd_ordinary_surface {
+    PD_ORDINARY_POSITION = 0, /* the strain of the family, as above */
+    PD_ORDINARY_NONE,         /* nothing: the solid of 2007, with the m of each family */
+    PD_ORDINARY_ENERGY,       /* that solid with the m of the bulk; bonds count more along the axes that lack some */
+    PD_ORDINARY_VOLUME        /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
+} pd_ordinary_surface;
+
+typedef struct pd_ordinary_desc {
+    double young;   /* [Pa] E */
+    double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
+    pd_plane plane; /* of 2D */
+    pd_influence influence;
+    pd_ordinary_surface surface;
+    int linear;     /* 1: displacements are small; 0: of any size */
+    const double *stiff; /* [count] [-] part of E that a point has; NULL: 1. Borrowed, may change before an update */
+    int loose;      /* 1: a point whose bonds do not tell all strains loses them; 0: it is an error */
+    int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not;
+                     * PD_ORDINARY_POSITION needs no such choice */
+} pd_ordinary_desc;
+
+typedef struct pd_ordinary {
+    pd_ordinary_desc desc;
+    pd_body *body;
+    double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
+    double shear;       /* [-] a: bonds count 1 + a q by direction, as those of pd_microelastic */
+    double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
+    double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
+    double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
+    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    double *alpha;      /* [count] [Pa/m^(d+2)] */
+    double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
+    int64_t lost;       /* bonds that loose points have lost */
+    double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
+    double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
+    double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
+    double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
+    double *change;     /* [count][tensor] [Pa/m^(d+2)] that of the last tangent */
+} pd_ordinary;
+
+#define pd_ordinary_build PD_NAME(pd_ordinary_build)
+#define pd_ordinary_solid PD_NAME(pd_ordinary_solid)
+#define pd_ordinary_free PD_NAME(pd_ordinary_free)
+
+/* The body is borrowed; its bonds that are broken drop out. PD_ERR_ARGUMENT: a modulus or a choice out of range, the
+ * energy or volume method without a spacing, a lattice whose bonds no weights make the same in all directions.
+ * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_POSITION), there are none, or a
+ * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
+PD_API pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary);
+/* What solvers see. The stress is that of the family: sum V_j t y y^T/|y| over its deformed volume; in plane stress
+ * over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no length. */
+PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
+PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *ordinary);
 #endif
 
 #endif
@@ -24836,6 +25127,170 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
+/* ======== >>solid/weigh.c ======== */
+/* weigh: see weigh.h */
+#include <math.h>
+#include <string.h>
+
+/* Directions along which cracks are looked at. */
+#define PDI_WEIGH_WAYS 64
+
+/* ---- lattices ---- */
+
+static int pdi_weigh_wide(const pd_body *body) { return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1; }
+
+PDI_FN int pdi_weigh_places(const pd_body *body)
+{
+    int wide = pdi_weigh_wide(body), all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= wide;
+    return all;
+}
+
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi)
+{
+    int wide = pdi_weigh_wide(body);
+    double square = 0.0;
+    for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+        xi[d] = (rest % wide - wide / 2) * body->spacing;
+        square += xi[d] * xi[d];
+    }
+    return square;
+}
+
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_WEIGH_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_WEIGH_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = crack(self, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+/* With the weights base + a q. */
+static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_sums *s)
+{
+    const pd_body *body = o->body;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
+    memset(s, 0, sizeof *s);
+    s->least = HUGE_VAL;
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        double weight = square > 0.0 ? pdi_body_weight(body, o->influence, xi) : 0.0;
+        double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(weight > 0.0)) continue;
+        weight *= base + a * pdi_weigh_cubic(xi, square);
+        s->least = fmin(s->least, weight);
+        weight = (double)(float)weight * volume; /* as bonds store it */
+        s->size += weight * square;
+        s->axis += weight * first * first / square;
+        s->off += weight * first * second / square;
+        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    }
+}
+
+PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *o, int isotropic)
+{
+    pdi_weigh_sums plain, cubic;
+    if (!(o->body->spacing > 0.0)) return PD_OK;
+    if (PD_DIM > 1 && isotropic) {
+        pdi_weigh_sum(o, 1.0, 0.0, &plain);
+        pdi_weigh_sum(o, 0.0, 1.0, &cubic);
+        double odd = cubic.axis - 3.0 * cubic.off;
+        if (fabs(odd) > 0.0) o->shear = (3.0 * plain.off - plain.axis) / odd;
+    }
+    pdi_weigh_sum(o, 1.0, o->shear, &o->whole);
+    if (o->whole.least > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "no weights make a horizon of %g spacings the same in all "
+                    "directions: use the position method, or a larger horizon", o->body->horizon / o->body->spacing);
+}
+
+/* ---- weights ---- */
+
+/* What the family of point i has, for the factors of its bonds: along each axis, or of volume. */
+static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
+{
+    const pd_body *body = o->body;
+    for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_body_bond(body, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
+        for (int d = 0; d < PD_DIM; d++)
+            part[d] += o->way == PDI_WEIGH_ENERGY
+                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / square
+                           : inside;
+    }
+}
+
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double factor = 0.5 * (bulk / own[d] + bulk / other[d]);
+        sum += xi[d] * xi[d] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Factor of a bond whose ends have these parts of a whole family. */
+static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double *other, const double *xi)
+{
+    if (o->way == PDI_WEIGH_VOLUME) return 2.0 * o->whole.volume / (own[0] + other[0]);
+    return pdi_weigh_factor(own, other, xi, o->whole.axis);
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
+static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+{
+    const pd_body *body = o->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
+        pdi_body_bond(body, i, b, xi);
+        double weight = pdi_body_weight(body, o->influence, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
+        to[b] = body->broken[b] ? 0.0f : (float)weight;
+    }
+}
+
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    double *part = NULL;
+    (void)nt;
+    if (o->way != PDI_WEIGH_PLAIN) {
+        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
+    return PD_OK;
+}
+
+#undef PDI_WEIGH_WAYS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
 /* ======== >>solid/rigid.c ======== */
 /* rigid: see rigid.h */
 #include <math.h>
@@ -26375,12 +26830,14 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, force);
 }
 
-/* Energy of the family of point i [J/m3], w_0 times. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
+ * NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double over, weight, density = 0.0;
+        if (each) each[b] = 0.0;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
@@ -26388,6 +26845,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
+        if (each) each[b] = (double)e->weight[b] * density;
     }
     return sum;
 }
@@ -26404,7 +26862,7 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
             int32_t i = e->band.first[k] + n;
             if (!(e->total[i] > 0.0)) continue;
             pdi_elastic_gradient(e, &sums, i, n, h, average);
-            density = pdi_elastic_density(e, u, i, h) / e->total[i];
+            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
             if (e->plastic.count) {
                 pdi_plastic_meet(&e->plastic, i, average);
                 density -= pdi_plastic_relief(&e->plastic, i, average);
@@ -26507,6 +26965,28 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
 }
 
+/* Of metal that does not flow. */
+static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], share;
+            int32_t i = e->band.first[k] + n;
+            share = e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
+            pdi_elastic_gradient(e, &sums, i, n, h, NULL);
+            pdi_elastic_density(e, u, i, h, energy);
+            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+        }
+    }
+}
+
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -26600,6 +27080,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.blocks = pdi_elastic_solid_blocks;
     solid.moduli = pdi_elastic_solid_moduli;
     solid.energy = pdi_elastic_solid_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
@@ -26622,6 +27103,226 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #pragma GCC push_options
 #pragma GCC optimize ("O2")
 #endif
+
+/* ======== >>solid/criterion.c ======== */
+/* criterion: see criterion.h */
+#include <math.h>
+#include <string.h>
+
+/* Bonds whose measures differ by this share break together: mirror images do. */
+#define PDI_CRITERION_TIE 1e-9
+
+PDI_FN void pdi_criterion_list(pdi_owner *owner, void *object)
+{
+    pd_criterion *criterion = (pd_criterion *)object;
+    const pd_body *body = criterion->solid.body;
+    int64_t count = body && criterion->critical > 0.0 ? body->count : 0;
+    int64_t tensors = criterion->desc.kind >= PD_CRITERION_PRINCIPAL ? count : 0;
+    PDI_ARRAY(owner, criterion, energy, count && criterion->desc.kind == PD_CRITERION_ENERGY ? body->bonds : 0,
+              "J/m^(2d)");
+    PDI_ARRAY(owner, criterion, stress, tensors * PD_DIM * PD_DIM, "Pa");
+    PDI_ARRAY(owner, criterion, scalar, tensors, "Pa");
+    PDI_ARRAY(owner, criterion, most, count, "1");
+}
+
+/* ---- calibration ---- */
+
+/* Sum of beta V r over a whole family of the lattice, or of beta V |n.xi| [m^(d+1)]. */
+static double pdi_criterion_sum(const pd_body *body, const double *n)
+{
+    double sum = 0.0, xi[PD_DIM];
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        if (!(square > 0.0)) continue;
+        sum += pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * (n ? fabs(pdi_vec_dot(n, xi)) : sqrt(square));
+    }
+    return pdi_weigh_cell(body) * sum;
+}
+
+PDI_FN double pdi_criterion_crack(const pd_criterion *c, const double *n)
+{
+    return 0.5 * c->critical * pdi_criterion_sum(c->solid.body, n) / pdi_vec_norm(n);
+}
+
+static double pdi_criterion_crack_of(const void *self, const double *n)
+{
+    return pdi_criterion_crack((const pd_criterion *)self, n);
+}
+
+/* The critical energy whose cracks take `fracture`, mean over all directions. */
+static void pdi_criterion_calibrate(pd_criterion *c)
+{
+    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
+    c->critical = 2.0 * c->desc.fracture / (mean[PD_DIM - 1] * pdi_criterion_sum(c->solid.body, NULL));
+    c->anisotropy = pdi_weigh_anisotropy(pdi_criterion_crack_of, c);
+}
+
+/* ---- measures ---- */
+
+/* Largest principal stress, or von Mises' one, of point i, in the plane or in space [Pa]. */
+static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const double *stress)
+{
+    double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
+    double mises = pdi_solid_mises(stress, normal, &mean);
+    if (c->desc.kind == PD_CRITERION_MISES) return mises;
+    if (!(mises > 0.0)) return mean;
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) s[3 * p + q] = 0.5 * (stress[p * PD_DIM + q] + stress[q * PD_DIM + p]);
+    if (PD_DIM == 2) s[8] = normal;
+    for (int p = 0; p < 3; p++) s[4 * p] -= mean;
+    double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
+                   s[2] * (s[1] * s[5] - s[4] * s[2]);
+    double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
+    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+}
+
+/* Bond b of point i [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
+    pdi_body_bond(c->solid.body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+}
+
+/* Measure of bond b of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    const pd_body *body = c->solid.body;
+    int32_t j = body->column[b];
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
+    pdi_criterion_bond(c, u, i, b, xi, eta);
+    double stretch = pdi_body_strain(xi, eta, y, &r, &length);
+    if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
+    if (!(stretch > 0.0)) return 0.0;
+    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+}
+
+/* One over the factor on u at which bond b of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    if (!(measure > 0.0)) return 0.0;
+    if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
+    if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
+    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
+    double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
+    return along > 0.0 ? (along + root) / gap : square / (root - along);
+}
+
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+
+/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
+ * its ends see the same. Returns the most of all. */
+static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const double *u, pdi_criterion_fn measure)
+{
+    const pd_body *body = c->solid.body;
+    double most = 0.0;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    if (c->desc.kind == PD_CRITERION_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) {
+        c->solid.stress(ctx, c->solid.self, u, c->stress);
+        for (int32_t i = 0; i < body->count; i++)
+            c->scalar[i] = pdi_criterion_scalar(c, i, c->stress + (int64_t)i * PD_DIM * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        c->most[i] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+    }
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    return most;
+}
+
+/* ---- what breaks ---- */
+
+int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+{
+    pd_body *body = c->solid.body;
+    int64_t broken = 0;
+    if (!(c->critical > 0.0)) return 0;
+    double most = pdi_criterion_look(ctx, c, u, pdi_criterion_measure);
+    if (!(most > c->critical)) return 0;
+    double from = fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    for (int32_t i = 0; i < body->count; i++) {
+        if (!(c->most[i] >= from)) continue;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
+            body->broken[b] = 1;
+            body->broken[pdi_body_back(body, i, j)] = 1;
+            broken++;
+        }
+    }
+    return broken;
+}
+
+void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_criterion_bond *first)
+{
+    const pd_body *body = c->solid.body;
+    memset(first, 0, sizeof *first);
+    first->bond = -1;
+    double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
+    if (!(most > 0.0)) return;
+    while (!(c->most[first->from] >= most)) first->from++;
+    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
+        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
+    first->to = body->column[first->bond];
+    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    first->factor = 1.0 / most;
+    for (int d = 0; d < PD_DIM; d++)
+        first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
+                                 body->position[(int64_t)first->to * PD_DIM + d]);
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_criterion_check(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc)
+{
+    int energy = desc->kind == PD_CRITERION_ENERGY;
+    if ((int)desc->kind < 0 || desc->kind > PD_CRITERION_MISES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
+                        (int)PD_CRITERION_MISES);
+    if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
+        !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+                        "one that is finite and positive, and the energy of a crack for that of bonds",
+                        desc->critical, desc->fracture);
+    if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
+                        "a critical energy");
+    if ((energy && !solid->bond_energy) || (desc->kind >= PD_CRITERION_PRINCIPAL && !solid->stress))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
+                        energy ? "energies of bonds" : "stress");
+    return PD_OK;
+}
+
+pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc, pd_criterion *criterion)
+{
+    memset(criterion, 0, sizeof *criterion);
+    pd_status status = pdi_criterion_check(ctx, solid, desc);
+    if (status < 0) return status;
+    criterion->desc = *desc;
+    criterion->solid = *solid;
+    criterion->critical = desc->critical;
+    criterion->anisotropy = 1.0;
+    if (desc->fracture > 0.0) pdi_criterion_calibrate(criterion);
+    status = pdi_owner_build(ctx, pdi_criterion_list, criterion);
+    if (status < 0) pd_criterion_free(ctx, criterion);
+    return status;
+}
+
+void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
+{
+    pdi_owner_free(ctx, pdi_criterion_list, criterion);
+    memset(criterion, 0, sizeof *criterion);
+}
+
+#undef PDI_CRITERION_TIE
 
 /* ======== >>solid/equilibrium.c ======== */
 /* equilibrium: see equilibrium.h */
@@ -27033,8 +27734,6 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 
 /* Default of `eager`. */
 #define PDI_QUASI_STATIC_EAGER 0.5
-/* Bonds whose stretches differ by this share break together: mirror images do. */
-#define PDI_QUASI_STATIC_TIE 1e-9
 /* Displacements and loads are new when they change by more than this share of the largest. */
 #define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
@@ -27075,23 +27774,23 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
                                 pd_quasi_static *q)
 {
     memset(q, 0, sizeof *q);
-    if (!(desc->stretch >= 0.0) || !(desc->stretch < 1e100) || !(desc->eager <= 1.0) || !(desc->rtol >= 0.0) ||
-        !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "a critical stretch of %g, %g of what is beyond it and "
-                        "rtol = %g: expected a positive stretch, 0 to 1, and 0 to 1", desc->stretch, desc->eager,
-                        desc->rtol);
+    if (!(desc->eager <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "%g of what is beyond the criterion and rtol = %g: "
+                        "expected 0 to 1", desc->eager, desc->rtol);
     q->desc = *desc;
     if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->parted = -1.0;
     pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    if (status == PD_OK) status = pd_criterion_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
     return status;
 }
 
 void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 {
+    pd_criterion_free(ctx, &q->criterion);
     pdi_owner_free(ctx, pdi_quasi_static_list, q);
     memset(q, 0, sizeof *q);
 }
@@ -27242,38 +27941,6 @@ static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
                     q->solid.name);
 }
 
-/* ---- bonds that break ---- */
-
-static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int64_t b)
-{
-    const pd_body *body = q->solid.body;
-    const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_body_strain(xi, eta, y, &r, &length);
-}
-
-/* Breaks the bonds of this round; how many. */
-static int64_t pdi_quasi_static_break(pd_quasi_static *q)
-{
-    pd_body *body = q->solid.body;
-    double most = 0.0, critical = q->desc.stretch;
-    int64_t broken = 0;
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b]) most = fmax(most, pdi_quasi_static_stretch(q, i, b));
-    if (!(most > critical)) return 0;
-    double from = fmax(critical, (most - q->desc.eager * (most - critical)) * (1.0 - PDI_QUASI_STATIC_TIE));
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b] && pdi_quasi_static_stretch(q, i, b) >= from) {
-                body->broken[b] = 1;
-                broken++;
-            }
-    return broken / 2;
-}
-
 /* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
 static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
@@ -27304,7 +27971,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
-        int64_t broken = q->desc.stretch > 0.0 ? pdi_quasi_static_break(q) : 0;
+        int64_t broken = pd_criterion_break(ctx, &q->criterion, q->u, q->desc.eager);
         if (!broken) return PD_OK;
         PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
         q->broken += broken;
@@ -27423,7 +28090,6 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 }
 
 #undef PDI_QUASI_STATIC_EAGER
-#undef PDI_QUASI_STATIC_TIE
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX
@@ -28108,8 +28774,8 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
         uint32_t lanes = band->bond[b].lanes;
         if (lanes == PDI_SPRINGS_ALL)
             pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
-        else
-            pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (whole > 1) pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, 1, sums);
     }
 }
 
@@ -28174,6 +28840,16 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
     return broken;
 }
 
+static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
+{
+    if (whole > 1) {
+        memset(sums, 0, sizeof *sums);
+        return;
+    }
+    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->part[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    sums->high[0] = sums->low[0] = 0.0;
+}
+
 /* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
 static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
 {
@@ -28191,14 +28867,15 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
+    if (count == 1) whole = 1;
     double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
-    memset(&sums, 0, sizeof sums);
+    pdi_springs_zero(whole, &sums);
     if (s->lattice) {
         pdi_springs_collect(s, k, whole, &sums);
         while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
-        if (n < count) memset(&sums, 0, sizeof sums);
+        if (n < count) pdi_springs_zero(whole, &sums);
     }
     for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
     pdi_springs_fold(whole, &sums);
@@ -28242,9 +28919,6 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #include <math.h>
 #include <string.h>
 
-/* Directions along which cracks are looked at, for the anisotropy. */
-#define PDI_MICROELASTIC_WAYS 64
-
 /* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
 #define PDI_MICROELASTIC_ACROSS 1e-3
 
@@ -28257,39 +28931,19 @@ typedef struct pdi_microelastic_sums {
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
 } pdi_microelastic_sums;
 
-/* The part q of direction xi that tells axes from diagonals; its mean over all directions is zero. */
-static double pdi_microelastic_cubic(const double *xi, double square)
-{
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
-    return sum - 3.0 / (PD_DIM + 2.0);
-}
-
-/* How much a bond counts by its direction, of which 1D has one. */
-static double pdi_microelastic_share(const pd_microelastic *m, const double *xi, double square)
-{
-    return 1.0 + (PD_DIM > 1 ? m->shear * pdi_microelastic_cubic(xi, square) : 0.0);
-}
-
 /* With the weights, or with the influence times q. */
 static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
-    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
-    double volume = 1.0;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
     memset(s, 0, sizeof *s);
-    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
-    for (int k = 0; k < all; k++) {
-        double xi[PD_DIM], square = 0.0, along = 0.0;
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
-            xi[d] = (rest % wide - reach) * body->spacing;
-            square += xi[d] * xi[d];
-            along += n ? n[d] * xi[d] : 0.0;
-        }
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi), along = n ? pdi_vec_dot(n, xi) : 0.0, q = 0.0;
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
         if (!(weight > 0.0)) continue;
-        weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
+        q = pdi_weigh_cubic(xi, square);
+        weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
         s->square += weight * square;
@@ -28312,19 +28966,9 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
     return sqrt(2.0 * density / (m->modulus * s.over));
 }
 
-/* Largest over least energy of a crack. */
-static double pdi_microelastic_anisotropy(const pd_microelastic *m)
+static double pdi_microelastic_crack_of(const void *self, const double *n)
 {
-    double least = HUGE_VAL, most = 0.0;
-    for (int k = 0; k < PDI_MICROELASTIC_WAYS; k++) {
-        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_MICROELASTIC_WAYS;
-        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
-        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
-        double energy = pdi_microelastic_crack(m, n);
-        least = fmin(least, energy);
-        most = fmax(most, energy);
-    }
-    return most > 0.0 ? most / least : 1.0;
+    return pdi_microelastic_crack((const pd_microelastic *)self, n);
 }
 
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
@@ -28350,19 +28994,7 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     pdi_microelastic_sum(m, 0, NULL, &plain);
     m->modulus = 2.0 * wanted / plain.axis;
     m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
-    m->anisotropy = m->critical > 0.0 ? pdi_microelastic_anisotropy(m) : 1.0;
-}
-
-/* Factor of a bond along xi whose ends have the stiffness `own` and `other` along the axes: that of the bulk over it,
- * the mean of both ends, between axes as on an ellipsoid. */
-static double pdi_microelastic_factor(const double *own, const double *other, const double *xi, double bulk)
-{
-    double sum = 0.0, square = pdi_vec_dot(xi, xi);
-    for (int a = 0; a < PD_DIM; a++) {
-        double factor = 0.5 * (bulk / own[a] + bulk / other[a]);
-        sum += xi[a] * xi[a] / (square * factor * factor);
-    }
-    return 1.0 / sqrt(sum);
+    m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
@@ -28380,7 +29012,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_springs_bond(&m->springs, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
+            double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
@@ -28392,8 +29024,8 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_springs_bond(&m->springs, i, b, xi);
-            double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
-                                                    stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
+            double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
+                                             stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
             m->weight[b] = (float)((double)m->weight[b] * factor);
         }
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
@@ -28623,7 +29255,6 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     return solid;
 }
 
-#undef PDI_MICROELASTIC_WAYS
 #undef PDI_MICROELASTIC_ACROSS
 
 /* ======== >>solid/verlet.c ======== */
@@ -28821,6 +29452,611 @@ pd_process pd_verlet_process(pd_verlet *d)
 #undef PDI_VERLET_SHARE
 #undef PDI_VERLET_MOST
 #undef PDI_VERLET_FAR
+
+/* ======== >>solid/ordinary.c ======== */
+/* ordinary: see ordinary.h */
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
+#define PDI_ORDINARY_FLAT 1e-6
+/* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
+#define PDI_ORDINARY_SQUARINGS 6
+
+/* Bond b of a point as it is now. */
+typedef struct pdi_ordinary_bond {
+    double weight;     /* [m^d] w V_j */
+    double r, length;  /* [m] as it began, and now; r where displacements are small */
+    double extension;  /* [m] length - r, with the digits of the displacements */
+    double xi[PD_DIM]; /* [m] */
+    double y[PD_DIM];  /* [-] direction of its force */
+    double dyad[PDI_SYM]; /* [m2] xi xi^T */
+} pdi_ordinary_bond;
+
+/* How the bond xi + eta is: 0: it is broken. */
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+                                    pdi_ordinary_bond *bond)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    double eta[PD_DIM];
+    bond->weight = (double)o->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    bond->weight *= o->body->volume[o->body->column[b]];
+    pdi_body_bond(o->body, i, b, bond->xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    if (linear) {
+        bond->length = bond->r = pdi_vec_norm(bond->xi);
+        bond->extension = pdi_vec_dot(bond->xi, eta) / bond->r;
+    } else {
+        bond->extension = pdi_body_strain(bond->xi, eta, bond->y, &bond->r, &bond->length);
+        bond->extension *= bond->r;
+    }
+    for (int d = 0; d < PD_DIM; d++) bond->y[d] = (linear ? bond->xi[d] : bond->y[d]) / bond->length;
+    pdi_strain_dyad(bond->xi, bond->dyad);
+    return 1;
+}
+
+/* 1: families have a strain. */
+static int pdi_ordinary_by_strain(const pd_ordinary *o)
+{
+    return o->desc.surface == PD_ORDINARY_POSITION;
+}
+
+/* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+{
+    int strain = pdi_ordinary_by_strain(o);
+    memset(weigh, 0, sizeof *weigh);
+    weigh->body = o->body;
+    weigh->influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh->whole;
+    o->shear = weigh->shear;
+    o->bulk = whole->size;
+    o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
+    if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
+        o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
+    return PD_OK;
+}
+
+/* ---- families ---- */
+
+/* At least the largest eigenvalue of a matrix of n rows that are real and not negative: the trace of a high power. */
+static double pdi_ordinary_largest(int n, double *a)
+{
+    double least = 0.0, share = 1.0, next[PDI_SYM * PDI_SYM];
+    for (int k = 0; k <= PDI_ORDINARY_SQUARINGS; k++, share *= 0.5) {
+        double trace = 0.0;
+        for (int p = 0; p < n; p++) trace += a[p * n + p];
+        if (!(trace > 0.0)) return 0.0;
+        least += share * log(trace);
+        for (int p = 0; p < n * n; p++) {
+            double sum = 0.0;
+            for (int q = 0; q < n; q++) sum += a[p / n * n + q] * a[q * n + p % n];
+            next[p] = sum / (trace * trace);
+        }
+        memcpy(a, next, (size_t)(n * n) * sizeof *a);
+    }
+    return exp(least);
+}
+
+/* m of a family, and sum w V_j r^2 (n n)(n n)/m, its inverse in place. 0: it has none. */
+static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, double *moment)
+{
+    const pd_body *body = o->body;
+    double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
+    memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
+    *size = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        pdi_body_bond(body, i, b, xi);
+        pdi_strain_dyad(xi, dyad);
+        double square = pdi_strain_trace(dyad);
+        *size += weight * square;
+        for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
+            moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
+    }
+    if (!(*size > 0.0)) return 0;
+    if (!pdi_ordinary_by_strain(o)) return 1;
+    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
+    for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
+    if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
+    for (int p = 0; p < PDI_SYM; p++) {
+        double *row = inverse + p * PDI_SYM;
+        for (int q = 0; q < PDI_SYM; q++) row[q] = p == q ? 1.0 : 0.0;
+        pdi_vec_substitute(PDI_SYM, PDI_SYM, moment, row);
+    }
+    memcpy(moment, inverse, sizeof inverse);
+    return 1;
+}
+
+/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: eq. 8.27). */
+static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
+{
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_strain_trace(n + p * PDI_SYM);
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q < PDI_SYM; q++) {
+            double own = n[p * PDI_SYM + q];
+            carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
+            if (q > p) continue;
+            double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
+            *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
+        }
+    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+}
+
+/* The law of family i. 0: it has none; -1: a strain has no energy. */
+static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
+{
+    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    memset(law, 0, PDI_STRAIN_PACK * sizeof *law);
+    o->alpha[i] = 0.0;
+    if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
+    double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
+    o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
+    if (pdi_ordinary_by_strain(o)) {
+        pdi_ordinary_position(o, i, size, moment);
+        return 1;
+    }
+    double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
+    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    return o->alpha[i] + l * size > 0.0 ? 1 : -1;
+}
+
+/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.9). */
+static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
+{
+    const pd_body *body = o->body;
+    double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        pdi_body_bond(body, i, b, xi);
+        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    return pdi_ordinary_largest(PD_DIM, sum);
+}
+
+/* ---- forces ---- */
+
+/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. Returns the energy density of
+ * extensions. */
+static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                                 double *to)
+{
+    pdi_ordinary_bond bond;
+    double sum[PDI_SYM] = {0.0}, square = 0.0;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        double x = bond.extension;
+        if (du) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            x = 0.0;
+            for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
+        }
+        square += bond.weight * x * x;
+        for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
+    }
+    pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
+    return 0.5 * (o->alpha[i] * square + pdi_strain_dot(sum, to));
+}
+
+/* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
+static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, const double *q,
+                                        double x)
+{
+    return pdi_strain_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
+}
+
+/* By both of its families. */
+static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
+                                       const double *q, double x)
+{
+    return pdi_ordinary_carry(o, bond, i, q + (int64_t)i * PDI_SYM, x) +
+           pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
+}
+
+/* Forces of the displacements u, of any size or small. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0};
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    pdi_par_copy(ctx, n, u, o->at);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_body *body = o->body;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0}, eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+            for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
+            double along = pdi_vec_dot(bond.y, eta);
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
+            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
+static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
+{
+    const pd_body *body = o->body;
+    double own[PD_DIM][PDI_SYM], carried[PDI_SYM];
+    pdi_ordinary_bond bond;
+    memset(own, 0, sizeof own);
+    memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+        pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
+        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
+        if (!o->desc.linear)
+            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+        for (int p = 0; p < PD_DIM; p++) {
+            for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
+            for (int q = 0; q < PD_DIM; q++)
+                block[p * PD_DIM + q] += (along - turn) * bond.y[p] * bond.y[q] + (p == q ? turn : 0.0);
+        }
+    }
+    for (int p = 0; p < PD_DIM; p++) {
+        pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, own[p], carried);
+        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_strain_dot(carried, own[q]);
+    }
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q <= p; q++) { /* the same bits on both sides */
+            double mean = 0.5 * body->volume[i] * (block[p * PD_DIM + q] + block[q * PD_DIM + p]);
+            block[p * PD_DIM + q] = mean;
+            block[q * PD_DIM + p] = mean;
+        }
+}
+
+static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) pdi_ordinary_block(o, i, block + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- energy and stress ---- */
+
+static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    pdi_sum all = {0.0, 0.0};
+    double q[PDI_SYM];
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q));
+    return pdi_sum_total(&all);
+}
+
+static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        pdi_ordinary_bond bond;
+        pdi_ordinary_state(o, linear, u, NULL, i, q);
+        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+            energy[b] = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
+            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+        }
+    }
+}
+
+/* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
+static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
+{
+    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
+    double none[PD_DIM] = {0.0}, swell = 1.0;
+    pdi_ordinary_bond bond;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, f) > PDI_ORDINARY_FLAT)) return 1.0;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        k[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) k[p] += y[p / PD_DIM * PD_DIM + d] * f[d * PD_DIM + p % PD_DIM];
+    }
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        f[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) f[p] += k[d * PD_DIM + p / PD_DIM] * k[d * PD_DIM + p % PD_DIM];
+    }
+    if (!pdi_vec_factor(PD_DIM, PD_DIM, none, f)) return 1.0;
+    for (int d = 0; d < PD_DIM; d++) swell *= f[d * PD_DIM + d];
+    return swell;
+}
+
+static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
+{
+    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    pdi_ordinary_bond bond;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+        double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
+    }
+}
+
+static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_ordinary_stress_of(o, u, i, stress + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- update and build ---- */
+
+/* Forces of the uniform stress e_b e_c + e_c e_b, as small displacements. */
+static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
+{
+    double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
+    for (int64_t i = 0; i < o->body->count; i++)
+        for (int p = 0; p < PD_DIM; p++) {
+            const double *x = o->body->position + i * PD_DIM;
+            u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
+        }
+    pdi_ordinary_run(ctx, o, 1, u, force);
+}
+
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
+static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
+{
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
+    for (int b = 0; b < PD_DIM; b++)
+        for (int c = 0; c <= b; c++) {
+            pdi_ordinary_probe(ctx, o, b, c, u, force);
+            for (int64_t i = 0; i < o->body->count; i++) {
+                o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+                if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+            }
+        }
+}
+
+/* Edges. */
+static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
+{
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    double *u = NULL, *force = NULL;
+    pd_status status = PDI_NEW(ctx, "ordinary", n, u);
+    if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
+    if (status == PD_OK) pdi_ordinary_edges(ctx, o, u, force);
+    PDI_DELETE(ctx, n, force);
+    PDI_DELETE(ctx, n, u);
+    return status;
+}
+
+/* Bound of all frequencies. */
+static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
+{
+    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
+    o->rate = 0.0;
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+}
+
+/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
+static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    *bad = -1;
+    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int good = pdi_ordinary_family(o, i);
+        if (good < 1) o->bound[i] = good;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
+    return PD_OK;
+}
+
+/* Points lose the bonds that tell no strain, or are the error. */
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+{
+    pd_body *body = o->body;
+    int32_t bad;
+    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    while (bad >= 0 && o->desc.loose) {
+        for (int32_t i = bad; i < body->count; i++)
+            if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
+        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    }
+    if (bad < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
+                    (double)pdi_body_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                    o->bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                        : "do not tell all strains: the body is too thin there for its horizon");
+}
+
+/* Points that have a part of E. */
+static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
+{
+    for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
+        double part = o->desc.stiff[i];
+        if (!(part >= 0.0) || !(part < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
+                            "at least 0", (int)i, part);
+        o->alpha[i] *= part;
+        o->bound[i] *= part;
+        for (int k = 0; k < PDI_STRAIN_PACK; k++) o->law[i * PDI_STRAIN_PACK + k] *= part;
+    }
+    return PD_OK;
+}
+
+/* Plane strain: there is none across. */
+static double pdi_ordinary_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    double trace = 0.0;
+    (void)i;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * (PD_DIM + 1)];
+    return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
+}
+
+static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
+{
+    pd_ordinary *o = (pd_ordinary *)self;
+    pdi_weigh weigh;
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_surfaces(ctx, o));
+    PDI_TRY(pdi_ordinary_soften(ctx, o));
+    pdi_ordinary_rates(ctx, o);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
+    return PD_OK;
+}
+
+static double pdi_ordinary_limit(const void *self, double density)
+{
+    return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
+}
+
+static pd_status pdi_ordinary_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, ((pd_ordinary *)self)->body, archive));
+    return archive->reading ? pdi_ordinary_update(ctx, self) : PD_OK;
+}
+
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
+{
+    pd_ordinary *ordinary = (pd_ordinary *)object;
+    int64_t count = ordinary->body ? ordinary->body->count : 0;
+    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
+    PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
+    PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
+}
+
+static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    int mends = desc->surface == PD_ORDINARY_ENERGY || desc->surface == PD_ORDINARY_VOLUME;
+    memset(o, 0, sizeof *o);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
+                        "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
+                        body->spacing, (int)PD_ORDINARY_VOLUME);
+    o->desc = *desc;
+    o->body = body;
+    o->mu = 0.5 * desc->young / (1.0 + nu);
+    o->lambda = desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
+    if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
+    PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    return pdi_ordinary_update(ctx, o);
+}
+
+pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary)
+{
+    pd_status status = pdi_ordinary_make(ctx, body, desc, ordinary);
+    if (status < 0) pd_ordinary_free(ctx, ordinary);
+    return status;
+}
+
+pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "ordinary";
+    s.self = ordinary;
+    s.body = ordinary->body;
+    s.edge = ordinary->edge;
+    s.linear = ordinary->desc.linear;
+    s.force = pdi_ordinary_force;
+    s.tangent = pdi_ordinary_tangent;
+    s.blocks = pdi_ordinary_blocks;
+    s.energy = pdi_ordinary_energy;
+    s.bond_energy = pdi_ordinary_bond_energy;
+    s.stress = pdi_ordinary_stress;
+    s.normal = pdi_ordinary_normal;
+    s.update = pdi_ordinary_update;
+    s.limit = pdi_ordinary_limit;
+    s.store = pdi_ordinary_store;
+    return s;
+}
+
+void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
+{
+    pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
+    memset(ordinary, 0, sizeof *ordinary);
+}
+
+#undef PDI_ORDINARY_FLAT
+#undef PDI_ORDINARY_SQUARINGS
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -33193,7 +34429,7 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     rest.held = s->held;
     rest.load = desc->load;
     rest.user = desc->user;
-    rest.stretch = desc->stretch;
+    rest.criterion.critical = desc->stretch;
     rest.eager = -1.0;
     rest.rtol = desc->rtol;
     pd_solid solid = pd_elastic_solid(&s->elastic);
@@ -33218,25 +34454,6 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* Mean of the normal stresses and stress of von Mises of point i. */
-static void pdi_structure_invariants(pd_structure *s, int32_t i, double normal)
-{
-    const double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
-    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
-    for (int d = 0; d < PD_DIM; d++) trace += p[d * PD_DIM + d];
-    s->pressure[i] = trace / 3.0;
-    for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) {
-            double part = p[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
-            square += part * part;
-        }
-    for (int d = PD_DIM; d < 3; d++) {
-        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
-        square += part * part;
-    }
-    s->mises[i] = sqrt(1.5 * square);
-}
-
 /* The stress of the metal that is left, of the present balance. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
@@ -33246,7 +34463,7 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
         double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
-        pdi_structure_invariants(s, i, normal * over);
+        s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
     s->seen = s->rest.solves;
 }
@@ -47713,9 +48930,9 @@ static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "work", unit, q->work);
     pdi_monitor_put(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "released", unit, q->released);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "released", unit, q->released);
     if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
     pdi_monitor_put(m, "parted", "s", q->parted);
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }

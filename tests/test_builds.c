@@ -15,6 +15,7 @@
 #include "run/coarser.h"
 #include "solid/finite.h"
 #include "solid/microelastic.h"
+#include "solid/ordinary.h"
 #include "solid/scaffold.h"
 #include "solid/verlet.h"
 #include <stddef.h>
@@ -405,6 +406,23 @@ BUILD(elastic, pd_elastic)
     return pd_elastic_build(ctx, &l->body, &d, o);
 }
 
+BUILD(ordinary, pd_ordinary)
+{
+    pd_ordinary_desc d;
+    memset(&d, 0, sizeof d);
+    d.young = l->wrong ? 0.0 : 1.0;
+    return pd_ordinary_build(ctx, &l->body, &d, o);
+}
+
+BUILD(criterion, pd_criterion)
+{
+    pd_criterion_desc d;
+    memset(&d, 0, sizeof d);
+    d.critical = l->wrong ? -1.0 : 1.0;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    return pd_criterion_build(ctx, &solid, &d, o);
+}
+
 INNER(scaffold, pd_scaffold) { return pdi_scaffold_build(ctx, &l->body, o); }
 
 BUILD(finite, pd_finite)
@@ -439,7 +457,7 @@ BUILD(quasi_static, pd_quasi_static)
     pd_quasi_static_desc d;
     memset(&d, 0, sizeof d);
     d.load = no_load;
-    d.stretch = l->wrong ? -1.0 : 0.0;
+    d.criterion.critical = l->wrong ? -1.0 : 0.0;
     pd_solid solid = pd_microelastic_solid(&l->springs);
     return pd_quasi_static_build(ctx, &solid, &d, o);
 }
@@ -511,7 +529,8 @@ static const entry builds[] = {
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
     ROW(bonds_of_metal, pd_dissolve, 1, 1)
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
-    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(verlet, pd_verlet, 1, 1)
+    ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
+    ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
     ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)

@@ -618,7 +618,7 @@ static solid_case *plate(const pd_finite_desc *d, double stretch, pd_finite *f, 
     q.held = held;
     q.load = pulled;
     q.user = c;
-    q.stretch = stretch;
+    q.criterion.critical = stretch;
     q.eager = 1.0;
     pd_solid s = build(c, d, f);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &s, &q, rest)) ? c : NULL;

@@ -2,6 +2,7 @@
  * dims: 1 2 3 */
 #include "random.h"
 #include "solid/elastic.h"
+#include "solid/ordinary.h"
 #include "solid/quasi_static.h"
 #include "test.h"
 #include <math.h>
@@ -17,6 +18,7 @@ typedef struct body_case {
     pd_body_desc desc;
     pd_body body;
     pd_elastic elastic;
+    pd_ordinary ordinary;
     pd_quasi_static rest;
     double position[MOST * PD_DIM], volume[MOST];
     uint8_t held[MOST * PD_DIM];
@@ -92,7 +94,7 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     rest.held = c->held;
     rest.load = pulled;
     rest.user = c;
-    rest.stretch = stretch;
+    rest.criterion.critical = stretch;
     rest.eager = -1.0;
     pd_solid solid = pd_elastic_solid(&c->elastic);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest)) ? c : NULL;
@@ -173,41 +175,84 @@ TEST(work_of_flow)
     CHECK_LE(off[1], 0.4 * off[0]);
 }
 
-/* A slit bar is pulled apart: it holds, then it breaks. What is left over is what a crack that runs by itself would
- * turn into motion, and is never negative. The halves mirror each other. */
+/* How much the displacements of points that mirror each other at y = 0.25 differ, over the largest; 1D: none do. */
+static double skew_of(const body_case *c)
+{
+    double skew = 0.0, size = 0.0;
+    for (int32_t i = 0; i < c->body.count; i++) {
+        const double *x = c->position + i * PD_DIM;
+        for (int32_t j = 0; j < c->body.count && PD_DIM > 1; j++) {
+            const double *y = c->position + j * PD_DIM;
+            double apart = fabs(x[0] - y[0]) + fabs(x[1] + y[1] - 0.5);
+            if (PD_DIM == 3) apart += fabs(x[2] - y[2]);
+            if (apart > 0.1 * c->h) continue;
+            skew = fmax(skew, fabs(c->rest.u[i * PD_DIM] - c->rest.u[j * PD_DIM]));
+            size = fmax(size, fabs(c->rest.u[i * PD_DIM]));
+        }
+    }
+    return size > 0.0 ? skew / size : 0.0;
+}
+
+/* Pulls until nothing holds. What is left of the work is what a crack that runs by itself would turn into
+ * motion, and is never negative. The halves mirror each other. */
+static void pull_apart(body_case *c, int steps, const char *name)
+{
+    double most = 0.0;
+    for (int step = 1; step <= steps && !(c->rest.broken && c->rest.stored < 1e-6 * c->rest.work); step++) {
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step))) return;
+        double pull = 0.0;
+        for (int32_t i = 0; i < c->body.count; i++)
+            if (c->position[i * PD_DIM] > 1.0 - c->h) pull -= c->volume[i] * c->rest.force[i * PD_DIM];
+        most = fmax(most, pull);
+        CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
+    }
+    NOTE("%s, eager %g: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g", name,
+         c->rest.desc.eager, (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored,
+         c->rest.released, c->rest.work - c->rest.stored - c->rest.released);
+    CHECK(c->rest.broken > 0);
+    CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
+    CHECK_LE(skew_of(c), 1e-6);
+}
+
+/* A slit bar is pulled apart: it holds, then it breaks. */
 TEST(pulled_apart)
 {
     for (int eager = 0; eager < 2; eager++) {
         body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 0.0, 5e-3);
-        double most = 0.0, skew = 0.0, size = 0.0;
         if (!c) return;
         c->pull = 1e-3;
         c->rest.desc.eager = eager ? 1.0 : 0.0;
-        for (int step = 1; step <= 12 && c->rest.parted < 0.0; step++) {
-            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step));
-            double pull = 0.0;
-            for (int32_t i = 0; i < c->body.count; i++)
-                if (c->position[i * PD_DIM] > 1.0 - c->h) pull -= c->volume[i] * c->rest.force[i * PD_DIM];
-            most = fmax(most, pull);
-            CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
-        }
-        for (int32_t i = 0; i < c->body.count; i++) { /* mirrored at y = 0.25; 1D: nothing to compare */
-            const double *x = c->position + i * PD_DIM;
-            for (int32_t j = 0; j < c->body.count && PD_DIM > 1; j++) {
-                const double *y = c->position + j * PD_DIM;
-                double apart = fabs(x[0] - y[0]) + fabs(x[1] + y[1] - 0.5);
-                if (PD_DIM == 3) apart += fabs(x[2] - y[2]);
-                if (apart > 0.1 * c->h) continue;
-                skew = fmax(skew, fabs(c->rest.u[i * PD_DIM] - c->rest.u[j * PD_DIM]));
-                size = fmax(size, fabs(c->rest.u[i * PD_DIM]));
-            }
-        }
-        NOTE("eager %d: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g", eager,
-             (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored, c->rest.released,
-             c->rest.work - c->rest.stored - c->rest.released);
-        CHECK(c->rest.broken > 0);
-        CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
-        CHECK_LE(skew, 1e-6 * size);
+        pull_apart(c, 12, "stretch");
+        end(c);
+    }
+}
+
+/* So it does by each criterion, and with the linear peridynamic solid. */
+TEST(criteria)
+{
+    static const char *const names[] = {"stretch", "energy", "principal", "mises"};
+    for (int way = PD_DIM == 3; way < 8; way += PD_DIM == 3 ? 3 : 1) {
+        body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 0.0, 0.0);
+        pd_quasi_static_desc rest;
+        pd_ordinary_desc of;
+        if (!c) return;
+        c->pull = 1e-3;
+        memset(&of, 0, sizeof of);
+        of.young = YOUNG;
+        of.poisson = 0.3;
+        of.loose = 1;
+        of.linear = 1;
+        if (!CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &of, &c->ordinary))) return;
+        pd_solid solid = way < 4 ? pd_elastic_solid(&c->elastic) : pd_ordinary_solid(&c->ordinary);
+        rest = c->rest.desc;
+        rest.criterion.kind = (pd_criterion_kind)(way % 4);
+        rest.criterion.critical = way % 4 == 0 ? 5e-3 : 5e-3 * YOUNG;
+        if (way % 4 == 1) rest.criterion.critical = 0.0;
+        if (way % 4 == 1) rest.criterion.fracture = 12.5e-6 * YOUNG * c->h;
+        pd_quasi_static_free(&c->ctx, &c->rest);
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest))) return;
+        pull_apart(c, 40, names[way % 4]);
+        pd_ordinary_free(&c->ctx, &c->ordinary);
         end(c);
     }
 }
@@ -281,15 +326,15 @@ TEST(bad_input)
     pd_solid solid = pd_elastic_solid(&c->elastic);
     for (int way = 0; way < 4; way++) {
         desc = c->rest.desc;
-        if (way == 0) desc.stretch = -1.0;
-        if (way == 1) desc.stretch = NAN;
+        if (way == 0) desc.criterion.critical = -1.0;
+        if (way == 1) desc.criterion.critical = NAN;
         if (way == 2) desc.eager = 2.0;
         if (way == 3) desc.rtol = 1.0;
         CHECK_INT(pd_quasi_static_build(&c->ctx, &solid, &desc, &rest), PD_ERR_ARGUMENT);
-        CHECK(strncmp(c->ctx.message, "quasi_static: ", 14) == 0);
+        CHECK(strstr(c->ctx.message, way < 2 ? "criterion: " : "quasi_static: ") == c->ctx.message);
     }
     end(c);
 }
 
-TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(comes_off) ENTRY(hinge)
-          ENTRY(random_cuts) ENTRY(bad_input))
+TEST_MAIN(ENTRY(work_is_stored) ENTRY(work_of_flow) ENTRY(pulled_apart) ENTRY(criteria) ENTRY(comes_off)
+          ENTRY(hinge) ENTRY(random_cuts) ENTRY(bad_input))

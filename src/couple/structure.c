@@ -97,7 +97,7 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     rest.held = s->held;
     rest.load = desc->load;
     rest.user = desc->user;
-    rest.stretch = desc->stretch;
+    rest.criterion.critical = desc->stretch;
     rest.eager = -1.0;
     rest.rtol = desc->rtol;
     pd_solid solid = pd_elastic_solid(&s->elastic);
@@ -122,25 +122,6 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* Mean of the normal stresses and stress of von Mises of point i. */
-static void pdi_structure_invariants(pd_structure *s, int32_t i, double normal)
-{
-    const double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
-    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
-    for (int d = 0; d < PD_DIM; d++) trace += p[d * PD_DIM + d];
-    s->pressure[i] = trace / 3.0;
-    for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) {
-            double part = p[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
-            square += part * part;
-        }
-    for (int d = PD_DIM; d < 3; d++) {
-        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
-        square += part * part;
-    }
-    s->mises[i] = sqrt(1.5 * square);
-}
-
 /* The stress of the metal that is left, of the present balance. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
@@ -150,7 +131,7 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
         double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
-        pdi_structure_invariants(s, i, normal * over);
+        s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
     s->seen = s->rest.solves;
 }

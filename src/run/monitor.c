@@ -180,9 +180,9 @@ static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "work", unit, q->work);
     pdi_monitor_put(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "released", unit, q->released);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "released", unit, q->released);
     if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
-    if (q->desc.stretch > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
     pdi_monitor_put(m, "parted", "s", q->parted);
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }

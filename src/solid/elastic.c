@@ -371,12 +371,14 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, force);
 }
 
-/* Energy of the family of point i [J/m3], w_0 times. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h)
+/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
+ * NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
         double over, weight, density = 0.0;
+        if (each) each[b] = 0.0;
         if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
         pdi_elastic_eta(e, u, i, b, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
@@ -384,6 +386,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
+        if (each) each[b] = (double)e->weight[b] * density;
     }
     return sum;
 }
@@ -400,7 +403,7 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
             int32_t i = e->band.first[k] + n;
             if (!(e->total[i] > 0.0)) continue;
             pdi_elastic_gradient(e, &sums, i, n, h, average);
-            density = pdi_elastic_density(e, u, i, h) / e->total[i];
+            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
             if (e->plastic.count) {
                 pdi_plastic_meet(&e->plastic, i, average);
                 density -= pdi_plastic_relief(&e->plastic, i, average);
@@ -503,6 +506,28 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
 }
 
+/* Of metal that does not flow. */
+static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_ELASTIC_TENSOR], share;
+            int32_t i = e->band.first[k] + n;
+            share = e->total[i] > 0.0 ? pdi_elastic_stiff(e, i) / e->total[i] : 0.0;
+            pdi_elastic_gradient(e, &sums, i, n, h, NULL);
+            pdi_elastic_density(e, u, i, h, energy);
+            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+        }
+    }
+}
+
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -596,6 +621,7 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     solid.blocks = pdi_elastic_solid_blocks;
     solid.moduli = pdi_elastic_solid_moduli;
     solid.energy = pdi_elastic_solid_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;

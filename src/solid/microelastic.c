@@ -1,12 +1,9 @@
 /* microelastic: see microelastic.h */
 #include "solid/microelastic.h"
 #include "core/par.h"
-#include "core/vec.h"
+#include "solid/weigh.h"
 #include <math.h>
 #include <string.h>
-
-/* Directions along which cracks are looked at, for the anisotropy. */
-#define PDI_MICROELASTIC_WAYS 64
 
 /* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
 #define PDI_MICROELASTIC_ACROSS 1e-3
@@ -20,39 +17,19 @@ typedef struct pdi_microelastic_sums {
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
 } pdi_microelastic_sums;
 
-/* The part q of direction xi that tells axes from diagonals; its mean over all directions is zero. */
-static double pdi_microelastic_cubic(const double *xi, double square)
-{
-    double sum = 0.0;
-    for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
-    return sum - 3.0 / (PD_DIM + 2.0);
-}
-
-/* How much a bond counts by its direction, of which 1D has one. */
-static double pdi_microelastic_share(const pd_microelastic *m, const double *xi, double square)
-{
-    return 1.0 + (PD_DIM > 1 ? m->shear * pdi_microelastic_cubic(xi, square) : 0.0);
-}
-
 /* With the weights, or with the influence times q. */
 static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
-    int reach = (int)ceil(body->horizon / body->spacing + 0.5), wide = 2 * reach + 1, all = 1;
-    double volume = 1.0;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
     memset(s, 0, sizeof *s);
-    for (int d = 0; d < PD_DIM; d++) all *= wide, volume *= body->spacing;
-    for (int k = 0; k < all; k++) {
-        double xi[PD_DIM], square = 0.0, along = 0.0;
-        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
-            xi[d] = (rest % wide - reach) * body->spacing;
-            square += xi[d] * xi[d];
-            along += n ? n[d] * xi[d] : 0.0;
-        }
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi), along = n ? pdi_vec_dot(n, xi) : 0.0, q = 0.0;
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
         double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
         if (!(weight > 0.0)) continue;
-        weight *= cubic ? pdi_microelastic_cubic(xi, square) : pdi_microelastic_share(m, xi, square);
+        q = pdi_weigh_cubic(xi, square);
+        weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
         s->square += weight * square;
@@ -75,19 +52,9 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
     return sqrt(2.0 * density / (m->modulus * s.over));
 }
 
-/* Largest over least energy of a crack. */
-static double pdi_microelastic_anisotropy(const pd_microelastic *m)
+static double pdi_microelastic_crack_of(const void *self, const double *n)
 {
-    double least = HUGE_VAL, most = 0.0;
-    for (int k = 0; k < PDI_MICROELASTIC_WAYS; k++) {
-        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_MICROELASTIC_WAYS;
-        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
-        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
-        double energy = pdi_microelastic_crack(m, n);
-        least = fmin(least, energy);
-        most = fmax(most, energy);
-    }
-    return most > 0.0 ? most / least : 1.0;
+    return pdi_microelastic_crack((const pd_microelastic *)self, n);
 }
 
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
@@ -113,19 +80,7 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     pdi_microelastic_sum(m, 0, NULL, &plain);
     m->modulus = 2.0 * wanted / plain.axis;
     m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
-    m->anisotropy = m->critical > 0.0 ? pdi_microelastic_anisotropy(m) : 1.0;
-}
-
-/* Factor of a bond along xi whose ends have the stiffness `own` and `other` along the axes: that of the bulk over it,
- * the mean of both ends, between axes as on an ellipsoid. */
-static double pdi_microelastic_factor(const double *own, const double *other, const double *xi, double bulk)
-{
-    double sum = 0.0, square = pdi_vec_dot(xi, xi);
-    for (int a = 0; a < PD_DIM; a++) {
-        double factor = 0.5 * (bulk / own[a] + bulk / other[a]);
-        sum += xi[a] * xi[a] / (square * factor * factor);
-    }
-    return 1.0 / sqrt(sum);
+    m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
@@ -143,7 +98,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_springs_bond(&m->springs, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), weight = pdi_microelastic_share(m, xi, square);
+            double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
             for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
@@ -155,8 +110,8 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
             pdi_springs_bond(&m->springs, i, b, xi);
-            double factor = pdi_microelastic_factor(stiffness + (int64_t)i * PD_DIM,
-                                                    stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
+            double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
+                                             stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
             m->weight[b] = (float)((double)m->weight[b] * factor);
         }
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
@@ -386,5 +341,4 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     return solid;
 }
 
-#undef PDI_MICROELASTIC_WAYS
 #undef PDI_MICROELASTIC_ACROSS

@@ -6,8 +6,6 @@
 
 /* Default of `eager`. */
 #define PDI_QUASI_STATIC_EAGER 0.5
-/* Bonds whose stretches differ by this share break together: mirror images do. */
-#define PDI_QUASI_STATIC_TIE 1e-9
 /* Displacements and loads are new when they change by more than this share of the largest. */
 #define PDI_QUASI_STATIC_NEW 1e-7
 /* Most times that what is held is asked for again, since it may depend on the balance. */
@@ -48,23 +46,23 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
                                 pd_quasi_static *q)
 {
     memset(q, 0, sizeof *q);
-    if (!(desc->stretch >= 0.0) || !(desc->stretch < 1e100) || !(desc->eager <= 1.0) || !(desc->rtol >= 0.0) ||
-        !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "a critical stretch of %g, %g of what is beyond it and "
-                        "rtol = %g: expected a positive stretch, 0 to 1, and 0 to 1", desc->stretch, desc->eager,
-                        desc->rtol);
+    if (!(desc->eager <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "%g of what is beyond the criterion and rtol = %g: "
+                        "expected 0 to 1", desc->eager, desc->rtol);
     q->desc = *desc;
     if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->parted = -1.0;
     pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    if (status == PD_OK) status = pd_criterion_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
     return status;
 }
 
 void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 {
+    pd_criterion_free(ctx, &q->criterion);
     pdi_owner_free(ctx, pdi_quasi_static_list, q);
     memset(q, 0, sizeof *q);
 }
@@ -215,38 +213,6 @@ static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
                     q->solid.name);
 }
 
-/* ---- bonds that break ---- */
-
-static double pdi_quasi_static_stretch(const pd_quasi_static *q, int32_t i, int64_t b)
-{
-    const pd_body *body = q->solid.body;
-    const double *own = q->u + (int64_t)i * PD_DIM, *far = q->u + (int64_t)body->column[b] * PD_DIM;
-    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_body_strain(xi, eta, y, &r, &length);
-}
-
-/* Breaks the bonds of this round; how many. */
-static int64_t pdi_quasi_static_break(pd_quasi_static *q)
-{
-    pd_body *body = q->solid.body;
-    double most = 0.0, critical = q->desc.stretch;
-    int64_t broken = 0;
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b]) most = fmax(most, pdi_quasi_static_stretch(q, i, b));
-    if (!(most > critical)) return 0;
-    double from = fmax(critical, (most - q->desc.eager * (most - critical)) * (1.0 - PDI_QUASI_STATIC_TIE));
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (!body->broken[b] && pdi_quasi_static_stretch(q, i, b) >= from) {
-                body->broken[b] = 1;
-                broken++;
-            }
-    return broken / 2;
-}
-
 /* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
 static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
@@ -277,7 +243,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
-        int64_t broken = q->desc.stretch > 0.0 ? pdi_quasi_static_break(q) : 0;
+        int64_t broken = pd_criterion_break(ctx, &q->criterion, q->u, q->desc.eager);
         if (!broken) return PD_OK;
         PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
         q->broken += broken;
@@ -396,7 +362,6 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
 }
 
 #undef PDI_QUASI_STATIC_EAGER
-#undef PDI_QUASI_STATIC_TIE
 #undef PDI_QUASI_STATIC_NEW
 #undef PDI_QUASI_STATIC_AGAIN
 #undef PDI_QUASI_STATIC_RELAX

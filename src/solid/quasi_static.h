@@ -1,12 +1,13 @@
 /* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *
- * A step finds the balance at its end. Bonds beyond the critical stretch then break, those that are stretched most
+ * A step finds the balance at its end. Bonds beyond the critical value of a criterion then break, the worst of them
  * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
  * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
  * nothing holds against its loads, loses them.
  */
 #ifndef PD_QUASI_STATIC_H
 #define PD_QUASI_STATIC_H
+#include "solid/criterion.h"
 #include "solid/equilibrium.h"
 #include "solve/process.h"
 
@@ -18,15 +19,15 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    double stretch;        /* [-] at which bonds break; 0: none does */
-    double eager;          /* [-] 0: in a round only the bonds that are stretched most break, 1: all beyond `stretch`;
-                            * -1: 0.5 */
+    pd_criterion_desc criterion; /* by which bonds break; zero: none does */
+    double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
 } pd_quasi_static_desc;
 
 typedef struct pd_quasi_static {
     pd_quasi_static_desc desc;
     pd_solid solid;
+    pd_criterion criterion;
     int64_t n;             /* components of all points */
     double *u;             /* [n] [m] */
     double *load;          /* [n] [N/m3] */
@@ -41,10 +42,10 @@ typedef struct pd_quasi_static {
     int stale;             /* 1: bonds or stiffness are not those of the balance */
     double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
     double stored;         /* [J] */
-    double released;       /* [J] energy that broken bonds had */
+    double released;       /* [J] that the body lost as bonds broke, before it moved */
     double taken;          /* [J] that went with metal that has gone */
     double parted;         /* [s] when the first loaded piece came off; -1: none has */
-    int64_t broken, lost;  /* bonds beyond the stretch, and points that came off with loads */
+    int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */
 } pd_quasi_static;
@@ -55,7 +56,7 @@ typedef struct pd_quasi_static {
 #define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
 
 /* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
- * of range. */
+ * of range, and as of pd_criterion_build. */
 PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
                                        pd_quasi_static *quasi_static);
 /* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium

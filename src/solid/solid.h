@@ -28,6 +28,9 @@ typedef struct pd_solid {
     void (*moduli)(const pd_ctx *ctx, void *self, double *lambda, double *mu);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
+    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
+     * sum V_j energy_ij. A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [Pa] of each point at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Normal stress [Pa] across the plane of 2D, of point i with the stress that `stress` gave last. NULL: none. */
@@ -51,5 +54,25 @@ typedef struct pd_solid {
     /* Write all that is remembered, or read it. NULL: nothing is. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
 } pd_solid;
+
+#ifdef PDI_INTERNAL
+/* Von Mises' stress of a stress and, in 2D, the one normal to its plane; *mean: of the normal stresses [Pa]. */
+static inline double pdi_solid_mises(const double *stress, double normal, double *mean)
+{
+    double trace = PD_DIM == 2 ? normal : 0.0, square = 0.0;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * PD_DIM + d];
+    *mean = trace / 3.0;
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double part = stress[a * PD_DIM + b] - (a == b ? trace / 3.0 : 0.0);
+            square += part * part;
+        }
+    for (int d = PD_DIM; d < 3; d++) {
+        double part = (d == 2 && PD_DIM == 2 ? normal : 0.0) - trace / 3.0;
+        square += part * part;
+    }
+    return sqrt(1.5 * square);
+}
+#endif
 
 #endif

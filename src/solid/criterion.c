@@ -1,0 +1,221 @@
+/* criterion: see criterion.h */
+#include "solid/criterion.h"
+#include "core/par.h"
+#include "solid/weigh.h"
+#include <math.h>
+#include <string.h>
+
+/* Bonds whose measures differ by this share break together: mirror images do. */
+#define PDI_CRITERION_TIE 1e-9
+
+PDI_FN void pdi_criterion_list(pdi_owner *owner, void *object)
+{
+    pd_criterion *criterion = (pd_criterion *)object;
+    const pd_body *body = criterion->solid.body;
+    int64_t count = body && criterion->critical > 0.0 ? body->count : 0;
+    int64_t tensors = criterion->desc.kind >= PD_CRITERION_PRINCIPAL ? count : 0;
+    PDI_ARRAY(owner, criterion, energy, count && criterion->desc.kind == PD_CRITERION_ENERGY ? body->bonds : 0,
+              "J/m^(2d)");
+    PDI_ARRAY(owner, criterion, stress, tensors * PD_DIM * PD_DIM, "Pa");
+    PDI_ARRAY(owner, criterion, scalar, tensors, "Pa");
+    PDI_ARRAY(owner, criterion, most, count, "1");
+}
+
+/* ---- calibration ---- */
+
+/* Sum of beta V r over a whole family of the lattice, or of beta V |n.xi| [m^(d+1)]. */
+static double pdi_criterion_sum(const pd_body *body, const double *n)
+{
+    double sum = 0.0, xi[PD_DIM];
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        if (!(square > 0.0)) continue;
+        sum += pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * (n ? fabs(pdi_vec_dot(n, xi)) : sqrt(square));
+    }
+    return pdi_weigh_cell(body) * sum;
+}
+
+PDI_FN double pdi_criterion_crack(const pd_criterion *c, const double *n)
+{
+    return 0.5 * c->critical * pdi_criterion_sum(c->solid.body, n) / pdi_vec_norm(n);
+}
+
+static double pdi_criterion_crack_of(const void *self, const double *n)
+{
+    return pdi_criterion_crack((const pd_criterion *)self, n);
+}
+
+/* The critical energy whose cracks take `fracture`, mean over all directions. */
+static void pdi_criterion_calibrate(pd_criterion *c)
+{
+    static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
+    c->critical = 2.0 * c->desc.fracture / (mean[PD_DIM - 1] * pdi_criterion_sum(c->solid.body, NULL));
+    c->anisotropy = pdi_weigh_anisotropy(pdi_criterion_crack_of, c);
+}
+
+/* ---- measures ---- */
+
+/* Largest principal stress, or von Mises' one, of point i, in the plane or in space [Pa]. */
+static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const double *stress)
+{
+    double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
+    double mises = pdi_solid_mises(stress, normal, &mean);
+    if (c->desc.kind == PD_CRITERION_MISES) return mises;
+    if (!(mises > 0.0)) return mean;
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) s[3 * p + q] = 0.5 * (stress[p * PD_DIM + q] + stress[q * PD_DIM + p]);
+    if (PD_DIM == 2) s[8] = normal;
+    for (int p = 0; p < 3; p++) s[4 * p] -= mean;
+    double third = s[0] * (s[4] * s[8] - s[5] * s[5]) - s[1] * (s[1] * s[8] - s[5] * s[2]) +
+                   s[2] * (s[1] * s[5] - s[4] * s[2]);
+    double size = mises / 3.0, turn = 0.5 * third / (size * size * size); /* = cos(3 angle) */
+    return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
+}
+
+/* Bond b of point i [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
+    pdi_body_bond(c->solid.body, i, b, xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+}
+
+/* Measure of bond b of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    const pd_body *body = c->solid.body;
+    int32_t j = body->column[b];
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
+    pdi_criterion_bond(c, u, i, b, xi, eta);
+    double stretch = pdi_body_strain(xi, eta, y, &r, &length);
+    if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
+    if (!(stretch > 0.0)) return 0.0;
+    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+}
+
+/* One over the factor on u at which bond b of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+{
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    if (!(measure > 0.0)) return 0.0;
+    if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
+    if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
+    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
+    double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
+    return along > 0.0 ? (along + root) / gap : square / (root - along);
+}
+
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+
+/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
+ * its ends see the same. Returns the most of all. */
+static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const double *u, pdi_criterion_fn measure)
+{
+    const pd_body *body = c->solid.body;
+    double most = 0.0;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    if (c->desc.kind == PD_CRITERION_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
+    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) {
+        c->solid.stress(ctx, c->solid.self, u, c->stress);
+        for (int32_t i = 0; i < body->count; i++)
+            c->scalar[i] = pdi_criterion_scalar(c, i, c->stress + (int64_t)i * PD_DIM * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        c->most[i] = 0.0;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
+            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+    }
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    return most;
+}
+
+/* ---- what breaks ---- */
+
+int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+{
+    pd_body *body = c->solid.body;
+    int64_t broken = 0;
+    if (!(c->critical > 0.0)) return 0;
+    double most = pdi_criterion_look(ctx, c, u, pdi_criterion_measure);
+    if (!(most > c->critical)) return 0;
+    double from = fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    for (int32_t i = 0; i < body->count; i++) {
+        if (!(c->most[i] >= from)) continue;
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
+            body->broken[b] = 1;
+            body->broken[pdi_body_back(body, i, j)] = 1;
+            broken++;
+        }
+    }
+    return broken;
+}
+
+void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_criterion_bond *first)
+{
+    const pd_body *body = c->solid.body;
+    memset(first, 0, sizeof *first);
+    first->bond = -1;
+    double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
+    if (!(most > 0.0)) return;
+    while (!(c->most[first->from] >= most)) first->from++;
+    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
+        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
+    first->to = body->column[first->bond];
+    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    first->factor = 1.0 / most;
+    for (int d = 0; d < PD_DIM; d++)
+        first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
+                                 body->position[(int64_t)first->to * PD_DIM + d]);
+}
+
+/* ---- build ---- */
+
+static pd_status pdi_criterion_check(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc)
+{
+    int energy = desc->kind == PD_CRITERION_ENERGY;
+    if ((int)desc->kind < 0 || desc->kind > PD_CRITERION_MISES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
+                        (int)PD_CRITERION_MISES);
+    if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
+        !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
+                        "one that is finite and positive, and the energy of a crack for that of bonds",
+                        desc->critical, desc->fracture);
+    if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
+                        "a critical energy");
+    if ((energy && !solid->bond_energy) || (desc->kind >= PD_CRITERION_PRINCIPAL && !solid->stress))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
+                        energy ? "energies of bonds" : "stress");
+    return PD_OK;
+}
+
+pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc, pd_criterion *criterion)
+{
+    memset(criterion, 0, sizeof *criterion);
+    pd_status status = pdi_criterion_check(ctx, solid, desc);
+    if (status < 0) return status;
+    criterion->desc = *desc;
+    criterion->solid = *solid;
+    criterion->critical = desc->critical;
+    criterion->anisotropy = 1.0;
+    if (desc->fracture > 0.0) pdi_criterion_calibrate(criterion);
+    status = pdi_owner_build(ctx, pdi_criterion_list, criterion);
+    if (status < 0) pd_criterion_free(ctx, criterion);
+    return status;
+}
+
+void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
+{
+    pdi_owner_free(ctx, pdi_criterion_list, criterion);
+    memset(criterion, 0, sizeof *criterion);
+}
+
+#undef PDI_CRITERION_TIE

@@ -1,0 +1,607 @@
+/* ordinary: see ordinary.h */
+#include "solid/ordinary.h"
+#include "core/par.h"
+#include "solid/strain.h"
+#include "solid/weigh.h"
+#include <math.h>
+#include <string.h>
+
+/* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
+#define PDI_ORDINARY_FLAT 1e-6
+/* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
+#define PDI_ORDINARY_SQUARINGS 6
+
+/* Bond b of a point as it is now. */
+typedef struct pdi_ordinary_bond {
+    double weight;     /* [m^d] w V_j */
+    double r, length;  /* [m] as it began, and now; r where displacements are small */
+    double extension;  /* [m] length - r, with the digits of the displacements */
+    double xi[PD_DIM]; /* [m] */
+    double y[PD_DIM];  /* [-] direction of its force */
+    double dyad[PDI_SYM]; /* [m2] xi xi^T */
+} pdi_ordinary_bond;
+
+/* How the bond xi + eta is: 0: it is broken. */
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+                                    pdi_ordinary_bond *bond)
+{
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    double eta[PD_DIM];
+    bond->weight = (double)o->weight[b];
+    if (!(bond->weight > 0.0)) return 0;
+    bond->weight *= o->body->volume[o->body->column[b]];
+    pdi_body_bond(o->body, i, b, bond->xi);
+    for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
+    if (linear) {
+        bond->length = bond->r = pdi_vec_norm(bond->xi);
+        bond->extension = pdi_vec_dot(bond->xi, eta) / bond->r;
+    } else {
+        bond->extension = pdi_body_strain(bond->xi, eta, bond->y, &bond->r, &bond->length);
+        bond->extension *= bond->r;
+    }
+    for (int d = 0; d < PD_DIM; d++) bond->y[d] = (linear ? bond->xi[d] : bond->y[d]) / bond->length;
+    pdi_strain_dyad(bond->xi, bond->dyad);
+    return 1;
+}
+
+/* 1: families have a strain. */
+static int pdi_ordinary_by_strain(const pd_ordinary *o)
+{
+    return o->desc.surface == PD_ORDINARY_POSITION;
+}
+
+/* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+{
+    int strain = pdi_ordinary_by_strain(o);
+    memset(weigh, 0, sizeof *weigh);
+    weigh->body = o->body;
+    weigh->influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh->whole;
+    o->shear = weigh->shear;
+    o->bulk = whole->size;
+    o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
+    if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
+        o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
+    return PD_OK;
+}
+
+/* ---- families ---- */
+
+/* At least the largest eigenvalue of a matrix of n rows that are real and not negative: the trace of a high power. */
+static double pdi_ordinary_largest(int n, double *a)
+{
+    double least = 0.0, share = 1.0, next[PDI_SYM * PDI_SYM];
+    for (int k = 0; k <= PDI_ORDINARY_SQUARINGS; k++, share *= 0.5) {
+        double trace = 0.0;
+        for (int p = 0; p < n; p++) trace += a[p * n + p];
+        if (!(trace > 0.0)) return 0.0;
+        least += share * log(trace);
+        for (int p = 0; p < n * n; p++) {
+            double sum = 0.0;
+            for (int q = 0; q < n; q++) sum += a[p / n * n + q] * a[q * n + p % n];
+            next[p] = sum / (trace * trace);
+        }
+        memcpy(a, next, (size_t)(n * n) * sizeof *a);
+    }
+    return exp(least);
+}
+
+/* m of a family, and sum w V_j r^2 (n n)(n n)/m, its inverse in place. 0: it has none. */
+static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, double *moment)
+{
+    const pd_body *body = o->body;
+    double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
+    memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
+    *size = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+        if (!(weight > 0.0)) continue;
+        pdi_body_bond(body, i, b, xi);
+        pdi_strain_dyad(xi, dyad);
+        double square = pdi_strain_trace(dyad);
+        *size += weight * square;
+        for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
+            moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
+    }
+    if (!(*size > 0.0)) return 0;
+    if (!pdi_ordinary_by_strain(o)) return 1;
+    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
+    for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
+    if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
+    for (int p = 0; p < PDI_SYM; p++) {
+        double *row = inverse + p * PDI_SYM;
+        for (int q = 0; q < PDI_SYM; q++) row[q] = p == q ? 1.0 : 0.0;
+        pdi_vec_substitute(PDI_SYM, PDI_SYM, moment, row);
+    }
+    memcpy(moment, inverse, sizeof inverse);
+    return 1;
+}
+
+/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: eq. 8.27). */
+static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
+{
+    double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    for (int p = 0; p < PDI_SYM; p++) row[p] = pdi_strain_trace(n + p * PDI_SYM);
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q < PDI_SYM; q++) {
+            double own = n[p * PDI_SYM + q];
+            carried[p * PDI_SYM + q] = 2.0 * o->mu * own + (q < PD_DIM ? o->lambda * row[p] : 0.0);
+            if (q > p) continue;
+            double twice = pdi_strain_dot(n + p * PDI_SYM, n + q * PDI_SYM);
+            *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
+        }
+    o->bound[i] = fmax(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
+}
+
+/* The law of family i. 0: it has none; -1: a strain has no energy. */
+static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
+{
+    double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
+    memset(law, 0, PDI_STRAIN_PACK * sizeof *law);
+    o->alpha[i] = 0.0;
+    if (!pdi_ordinary_moment(o, i, &size, moment)) return 0;
+    double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
+    o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
+    if (pdi_ordinary_by_strain(o)) {
+        pdi_ordinary_position(o, i, size, moment);
+        return 1;
+    }
+    double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
+    for (int p = 0; p < PDI_SYM; p++)
+        for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
+    o->bound[i] = o->alpha[i] + fmax(l, 0.0) * size;
+    return o->alpha[i] + l * size > 0.0 ? 1 : -1;
+}
+
+/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.9). */
+static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
+{
+    const pd_body *body = o->body;
+    double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        pdi_body_bond(body, i, b, xi);
+        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
+    }
+    return pdi_ordinary_largest(PD_DIM, sum);
+}
+
+/* ---- forces ---- */
+
+/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. Returns the energy density of
+ * extensions. */
+static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
+                                 double *to)
+{
+    pdi_ordinary_bond bond;
+    double sum[PDI_SYM] = {0.0}, square = 0.0;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        double x = bond.extension;
+        if (du) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            x = 0.0;
+            for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
+        }
+        square += bond.weight * x * x;
+        for (int p = 0; p < PDI_SYM; p++) sum[p] += bond.weight * x / bond.r * bond.dyad[p];
+    }
+    pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
+    return 0.5 * (o->alpha[i] * square + pdi_strain_dot(sum, to));
+}
+
+/* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
+static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, const double *q,
+                                        double x)
+{
+    return pdi_strain_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
+}
+
+/* By both of its families. */
+static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
+                                       const double *q, double x)
+{
+    return pdi_ordinary_carry(o, bond, i, q + (int64_t)i * PDI_SYM, x) +
+           pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
+}
+
+/* Forces of the displacements u, of any size or small. */
+static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *force)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, u, NULL, i, o->state + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0};
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+            for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
+        }
+        for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    pdi_par_copy(ctx, n, u, o->at);
+    pdi_ordinary_run(ctx, o, o->desc.linear, u, force);
+    return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
+}
+
+static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_body *body = o->body;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        pdi_ordinary_state(o, linear, o->at, du, i, o->change + (int64_t)i * PDI_SYM);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_ordinary_bond bond;
+        double sum[PD_DIM] = {0.0}, eta[PD_DIM];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            int32_t j = body->column[b];
+            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+            for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
+            double along = pdi_vec_dot(bond.y, eta);
+            double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
+            if (!linear) turn = pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length;
+            for (int d = 0; d < PD_DIM; d++)
+                sum[d] += bond.weight * (t * bond.y[d] + turn * (eta[d] - along * bond.y[d]));
+        }
+        for (int d = 0; d < PD_DIM; d++) df[(int64_t)i * PD_DIM + d] = sum[d];
+    }
+}
+
+/* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
+static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
+{
+    const pd_body *body = o->body;
+    double own[PD_DIM][PDI_SYM], carried[PDI_SYM];
+    pdi_ordinary_bond bond;
+    memset(own, 0, sizeof own);
+    memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int32_t j = body->column[b];
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+        pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
+        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
+        if (!o->desc.linear)
+            turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
+        for (int p = 0; p < PD_DIM; p++) {
+            for (int k = 0; k < PDI_SYM; k++) own[p][k] += bond.weight * bond.dyad[k] * bond.y[p] / bond.r;
+            for (int q = 0; q < PD_DIM; q++)
+                block[p * PD_DIM + q] += (along - turn) * bond.y[p] * bond.y[q] + (p == q ? turn : 0.0);
+        }
+    }
+    for (int p = 0; p < PD_DIM; p++) {
+        pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, own[p], carried);
+        for (int q = 0; q < PD_DIM; q++) block[p * PD_DIM + q] += pdi_strain_dot(carried, own[q]);
+    }
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q <= p; q++) { /* the same bits on both sides */
+            double mean = 0.5 * body->volume[i] * (block[p * PD_DIM + q] + block[q * PD_DIM + p]);
+            block[p * PD_DIM + q] = mean;
+            block[q * PD_DIM + p] = mean;
+        }
+}
+
+static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 80);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) pdi_ordinary_block(o, i, block + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- energy and stress ---- */
+
+static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    pdi_sum all = {0.0, 0.0};
+    double q[PDI_SYM];
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_sum_add(&all, o->body->volume[i] * pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q));
+    return pdi_sum_total(&all);
+}
+
+static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        pdi_ordinary_bond bond;
+        pdi_ordinary_state(o, linear, u, NULL, i, q);
+        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+            energy[b] = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+            double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
+            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+        }
+    }
+}
+
+/* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
+static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
+{
+    double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
+    double none[PD_DIM] = {0.0}, swell = 1.0;
+    pdi_ordinary_bond bond;
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
+            y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, f) > PDI_ORDINARY_FLAT)) return 1.0;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        k[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) k[p] += y[p / PD_DIM * PD_DIM + d] * f[d * PD_DIM + p % PD_DIM];
+    }
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+        f[p] = 0.0;
+        for (int d = 0; d < PD_DIM; d++) f[p] += k[d * PD_DIM + p / PD_DIM] * k[d * PD_DIM + p % PD_DIM];
+    }
+    if (!pdi_vec_factor(PD_DIM, PD_DIM, none, f)) return 1.0;
+    for (int d = 0; d < PD_DIM; d++) swell *= f[d * PD_DIM + d];
+    return swell;
+}
+
+static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_t i, double *stress)
+{
+    double q[PDI_SYM], swell = o->desc.linear ? 1.0 : pdi_ordinary_swell(o, u, i);
+    pdi_ordinary_bond bond;
+    for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
+    pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+        double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
+    }
+}
+
+static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++)
+        pdi_ordinary_stress_of(o, u, i, stress + (int64_t)i * PD_DIM * PD_DIM);
+}
+
+/* ---- update and build ---- */
+
+/* Forces of the uniform stress e_b e_c + e_c e_b, as small displacements. */
+static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
+{
+    double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
+    for (int64_t i = 0; i < o->body->count; i++)
+        for (int p = 0; p < PD_DIM; p++) {
+            const double *x = o->body->position + i * PD_DIM;
+            u[i * PD_DIM + p] = ((p == b ? x[c] : 0.0) + (p == c ? x[b] : 0.0) - trace * x[p]) / (2.0 * o->mu);
+        }
+    pdi_ordinary_run(ctx, o, 1, u, force);
+}
+
+/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
+static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
+{
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
+    for (int b = 0; b < PD_DIM; b++)
+        for (int c = 0; c <= b; c++) {
+            pdi_ordinary_probe(ctx, o, b, c, u, force);
+            for (int64_t i = 0; i < o->body->count; i++) {
+                o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+                if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+            }
+        }
+}
+
+/* Edges. */
+static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
+{
+    int64_t n = (int64_t)o->body->count * PD_DIM;
+    double *u = NULL, *force = NULL;
+    pd_status status = PDI_NEW(ctx, "ordinary", n, u);
+    if (status == PD_OK) status = PDI_NEW(ctx, "ordinary", n, force);
+    if (status == PD_OK) pdi_ordinary_edges(ctx, o, u, force);
+    PDI_DELETE(ctx, n, force);
+    PDI_DELETE(ctx, n, u);
+    return status;
+}
+
+/* Bound of all frequencies. */
+static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
+{
+    int nt = pdi_par_threads(ctx, o->body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_rate(o, i);
+    o->rate = 0.0;
+    for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
+}
+
+/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
+static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    *bad = -1;
+    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        int good = pdi_ordinary_family(o, i);
+        if (good < 1) o->bound[i] = good;
+    }
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
+    return PD_OK;
+}
+
+/* Points lose the bonds that tell no strain, or are the error. */
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+{
+    pd_body *body = o->body;
+    int32_t bad;
+    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    while (bad >= 0 && o->desc.loose) {
+        for (int32_t i = bad; i < body->count; i++)
+            if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
+        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    }
+    if (bad < 0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
+                    (double)pdi_body_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
+                    o->bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                        : "do not tell all strains: the body is too thin there for its horizon");
+}
+
+/* Points that have a part of E. */
+static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
+{
+    for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
+        double part = o->desc.stiff[i];
+        if (!(part >= 0.0) || !(part < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
+                            "at least 0", (int)i, part);
+        o->alpha[i] *= part;
+        o->bound[i] *= part;
+        for (int k = 0; k < PDI_STRAIN_PACK; k++) o->law[i * PDI_STRAIN_PACK + k] *= part;
+    }
+    return PD_OK;
+}
+
+/* Plane strain: there is none across. */
+static double pdi_ordinary_normal(const void *self, int32_t i, const double *stress)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    double trace = 0.0;
+    (void)i;
+    for (int d = 0; d < PD_DIM; d++) trace += stress[d * (PD_DIM + 1)];
+    return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
+}
+
+static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
+{
+    pd_ordinary *o = (pd_ordinary *)self;
+    pdi_weigh weigh;
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_surfaces(ctx, o));
+    PDI_TRY(pdi_ordinary_soften(ctx, o));
+    pdi_ordinary_rates(ctx, o);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM, o->state);
+    return PD_OK;
+}
+
+static double pdi_ordinary_limit(const void *self, double density)
+{
+    return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
+}
+
+static pd_status pdi_ordinary_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, ((pd_ordinary *)self)->body, archive));
+    return archive->reading ? pdi_ordinary_update(ctx, self) : PD_OK;
+}
+
+PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
+{
+    pd_ordinary *ordinary = (pd_ordinary *)object;
+    int64_t count = ordinary->body ? ordinary->body->count : 0;
+    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
+    PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
+    PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
+    PDI_ARRAY(owner, ordinary, state, count * PDI_SYM, "");
+    PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
+}
+
+static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    int mends = desc->surface == PD_ORDINARY_ENERGY || desc->surface == PD_ORDINARY_VOLUME;
+    memset(o, 0, sizeof *o);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
+                        "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
+                        body->spacing, (int)PD_ORDINARY_VOLUME);
+    o->desc = *desc;
+    o->body = body;
+    o->mu = 0.5 * desc->young / (1.0 + nu);
+    o->lambda = desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
+    if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
+    PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    return pdi_ordinary_update(ctx, o);
+}
+
+pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary)
+{
+    pd_status status = pdi_ordinary_make(ctx, body, desc, ordinary);
+    if (status < 0) pd_ordinary_free(ctx, ordinary);
+    return status;
+}
+
+pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
+{
+    pd_solid s;
+    memset(&s, 0, sizeof s);
+    s.name = "ordinary";
+    s.self = ordinary;
+    s.body = ordinary->body;
+    s.edge = ordinary->edge;
+    s.linear = ordinary->desc.linear;
+    s.force = pdi_ordinary_force;
+    s.tangent = pdi_ordinary_tangent;
+    s.blocks = pdi_ordinary_blocks;
+    s.energy = pdi_ordinary_energy;
+    s.bond_energy = pdi_ordinary_bond_energy;
+    s.stress = pdi_ordinary_stress;
+    s.normal = pdi_ordinary_normal;
+    s.update = pdi_ordinary_update;
+    s.limit = pdi_ordinary_limit;
+    s.store = pdi_ordinary_store;
+    return s;
+}
+
+void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
+{
+    pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
+    memset(ordinary, 0, sizeof *ordinary);
+}
+
+#undef PDI_ORDINARY_FLAT
+#undef PDI_ORDINARY_SQUARINGS

@@ -1,0 +1,153 @@
+/* weigh: see weigh.h */
+#include "solid/weigh.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+/* Directions along which cracks are looked at. */
+#define PDI_WEIGH_WAYS 64
+
+/* ---- lattices ---- */
+
+static int pdi_weigh_wide(const pd_body *body) { return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1; }
+
+PDI_FN int pdi_weigh_places(const pd_body *body)
+{
+    int wide = pdi_weigh_wide(body), all = 1;
+    for (int d = 0; d < PD_DIM; d++) all *= wide;
+    return all;
+}
+
+PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi)
+{
+    int wide = pdi_weigh_wide(body);
+    double square = 0.0;
+    for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) {
+        xi[d] = (rest % wide - wide / 2) * body->spacing;
+        square += xi[d] * xi[d];
+    }
+    return square;
+}
+
+PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self)
+{
+    double least = HUGE_VAL, most = 0.0;
+    for (int k = 0; k < PDI_WEIGH_WAYS; k++) {
+        double n[3] = {1.0, 0.0, 0.0}, turn = 0.5 * PDI_PI * k / PDI_WEIGH_WAYS;
+        if (PD_DIM > 1) n[1] = tan(0.5 * turn);
+        if (PD_DIM > 2) n[2] = n[1] * (k % 4) / 3.0;
+        double energy = crack(self, n);
+        least = fmin(least, energy);
+        most = fmax(most, energy);
+    }
+    return most > 0.0 ? most / least : 1.0;
+}
+
+/* With the weights base + a q. */
+static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_sums *s)
+{
+    const pd_body *body = o->body;
+    double volume = pdi_weigh_cell(body), xi[PD_DIM];
+    memset(s, 0, sizeof *s);
+    s->least = HUGE_VAL;
+    for (int k = 0; k < pdi_weigh_places(body); k++) {
+        double square = pdi_weigh_place(body, k, xi);
+        double weight = square > 0.0 ? pdi_body_weight(body, o->influence, xi) : 0.0;
+        double first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
+        if (!(weight > 0.0)) continue;
+        weight *= base + a * pdi_weigh_cubic(xi, square);
+        s->least = fmin(s->least, weight);
+        weight = (double)(float)weight * volume; /* as bonds store it */
+        s->size += weight * square;
+        s->axis += weight * first * first / square;
+        s->off += weight * first * second / square;
+        s->volume += volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    }
+}
+
+PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *o, int isotropic)
+{
+    pdi_weigh_sums plain, cubic;
+    if (!(o->body->spacing > 0.0)) return PD_OK;
+    if (PD_DIM > 1 && isotropic) {
+        pdi_weigh_sum(o, 1.0, 0.0, &plain);
+        pdi_weigh_sum(o, 0.0, 1.0, &cubic);
+        double odd = cubic.axis - 3.0 * cubic.off;
+        if (fabs(odd) > 0.0) o->shear = (3.0 * plain.off - plain.axis) / odd;
+    }
+    pdi_weigh_sum(o, 1.0, o->shear, &o->whole);
+    if (o->whole.least > 0.0) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "no weights make a horizon of %g spacings the same in all "
+                    "directions: use the position method, or a larger horizon", o->body->horizon / o->body->spacing);
+}
+
+/* ---- weights ---- */
+
+/* What the family of point i has, for the factors of its bonds: along each axis, or of volume. */
+static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
+{
+    const pd_body *body = o->body;
+    for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_body_bond(body, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
+        for (int d = 0; d < PD_DIM; d++)
+            part[d] += o->way == PDI_WEIGH_ENERGY
+                           ? weight * volume * xi[d] * xi[d] * xi[d] * xi[d] / square
+                           : inside;
+    }
+}
+
+PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk)
+{
+    double sum = 0.0, square = pdi_vec_dot(xi, xi);
+    for (int d = 0; d < PD_DIM; d++) {
+        double factor = 0.5 * (bulk / own[d] + bulk / other[d]);
+        sum += xi[d] * xi[d] / (square * factor * factor);
+    }
+    return 1.0 / sqrt(sum);
+}
+
+/* Factor of a bond whose ends have these parts of a whole family. */
+static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double *other, const double *xi)
+{
+    if (o->way == PDI_WEIGH_VOLUME) return 2.0 * o->whole.volume / (own[0] + other[0]);
+    return pdi_weigh_factor(own, other, xi, o->whole.axis);
+}
+
+/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
+static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+{
+    const pd_body *body = o->body;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
+        pdi_body_bond(body, i, b, xi);
+        double weight = pdi_body_weight(body, o->influence, xi);
+        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
+        to[b] = body->broken[b] ? 0.0f : (float)weight;
+    }
+}
+
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+{
+    const pd_body *body = o->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    double *part = NULL;
+    (void)nt;
+    if (o->way != PDI_WEIGH_PLAIN) {
+        PDI_TRY(PDI_NEW(ctx, "ordinary", (int64_t)body->count * PD_DIM, part));
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
+    return PD_OK;
+}
+
+#undef PDI_WEIGH_WAYS
