@@ -565,32 +565,6 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
     CHECK_INT(ctx.in_use, 0);
 }
 
-/* Cells of one axis that do not fit are merged, and those of the other one as well. */
-TEST(merged_cells_stay_square)
-{
-    static double values[1600 * 640];
-    static uint8_t paint[1600 * 640];
-    pd_ctx ctx;
-    pd_image image;
-    pd_picture picture;
-    int box[4];
-    pd_ctx_init(&ctx);
-    memset(&picture, 0, sizeof picture);
-    memset(paint, PD_PAINT_WALL, sizeof paint);
-    for (int turned = 0; turned < 2; turned++) {
-        picture.nx = turned ? 640 : 1600;
-        picture.ny = turned ? 1600 : 640;
-        picture.values = values;
-        picture.paint = paint;
-        picture.hi[0] = picture.nx * 1e-4;
-        picture.hi[1] = picture.ny * 1e-4;
-        if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
-        int found = count_colour(&image, 0x3C4043, box);
-        CHECK(found >= 800 * 320 && found < 800 * 320 + 400); /* with the sample of the key */
-        pdi_image_free(&ctx, &image);
-    }
-}
-
 TEST(a_picture_with_wrong_arguments_is_refused)
 {
     double value = 1;
@@ -811,7 +785,6 @@ TEST_MAIN(ENTRY(checksums_have_their_published_values) ENTRY(a_stream_of_zlib_is
           ENTRY(what_is_not_supported_is_said) ENTRY(cut_and_damaged_files_are_refused)
           ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_than_zero) ENTRY(ticks_are_round_numbers)
           ENTRY(a_picture_shows_every_cell_in_its_place) ENTRY(pictures_of_any_shape_have_a_sensible_size)
-          ENTRY(merged_cells_stay_square)
           ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
           ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
           ENTRY(every_failing_allocation_is_reported))

@@ -175,6 +175,33 @@ TEST(walls_stay)
     pdi_image_free(&l->ctx, &image);
 }
 
+/* Cells of one axis that do not fit are merged, and those of the other one as well. */
+TEST(merged_cells_stay_square)
+{
+    static double values[1600 * 640];
+    static uint8_t paint[1600 * 640];
+    pd_ctx ctx;
+    pd_image image;
+    pd_picture picture;
+    pd_ctx_init(&ctx);
+    memset(&picture, 0, sizeof picture);
+    memset(paint, PD_PAINT_WALL, sizeof paint);
+    for (int turned = 0; turned < 2; turned++) {
+        picture.nx = turned ? 640 : 1600;
+        picture.ny = turned ? 1600 : 640;
+        picture.values = values;
+        picture.paint = paint;
+        picture.hi[0] = picture.nx * 1e-4;
+        picture.hi[1] = picture.ny * 1e-4;
+        if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
+        int64_t found = 0;
+        for (int y = 0; y < image.height; y++)
+            for (int x = 0; x < image.width; x++) found += pixel(&image, x, y) == 0x3C4043;
+        CHECK(found >= 800 * 320 && found < 800 * 320 + 400); /* with the sample of the key */
+        pdi_image_free(&ctx, &image);
+    }
+}
+
 TEST(what_goes_wrong)
 {
     pd_image image;
@@ -200,4 +227,5 @@ TEST(what_goes_wrong)
     CHECK(failures >= 3);
 }
 
-TEST_MAIN(ENTRY(at_rest) ENTRY(no_gap) ENTRY(crack) ENTRY(walls_stay) ENTRY(what_goes_wrong))
+TEST_MAIN(ENTRY(at_rest) ENTRY(no_gap) ENTRY(crack) ENTRY(walls_stay) ENTRY(merged_cells_stay_square)
+          ENTRY(what_goes_wrong))
