@@ -168,6 +168,7 @@
  *     fingerprint what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
  *     reader     what the readers of sections share: the text, the setup that they fill, numbers within bounds.
  *     read_solid the section [solid] of a scene, and what holds and loads the metal: keys of sides and of shapes.
+ *     read_cuts  the [cut NAME] sections of a scene: cracks that metal under load has from the start.
  *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *     read_metal reads the sections [dissolve] and [corrode] of a scene: how metal goes.
  *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
@@ -4545,6 +4546,14 @@ PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_d
  * PD_RETRY: no point has lost so many, and tip is as it was. */
 PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
 
+#ifdef PDI_INTERNAL
+/* The same among the points that the crack has reached which began at a line of straight pieces, or around a polygon
+ * (3D), of `corners` corners [corners][PD_DIM] [m]: points that have lost so many bonds, beside an edge and from there
+ * on within a horizon of each other. left [count]: points where it is not positive are gone, and count for nothing. */
+PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+                                  const double *left, const double *way, double *tip);
+#endif
+
 #endif
 
 /* ======== >>solid/springs.h ======== */
@@ -5869,6 +5878,13 @@ typedef struct pd_structure_at {
 /* Factor [-] of the speed there, at least 0. */
 typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
 
+/* A crack that the metal has from the start. */
+typedef struct pd_structure_cut {
+    const char *name;     /* for messages */
+    int corners;          /* 1D: 1; 2D: at least 2, of a line of straight pieces; 3D: at least 3, of a polygon */
+    const double *corner; /* [corners][PD_DIM] [m] as of pd_cut */
+} pd_structure_cut;
+
 typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
     pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
@@ -5879,6 +5895,8 @@ typedef struct pd_structure_desc {
     pd_pace_fn pace;         /* NULL: the speed does not depend on stress */
     void *pace_user;
     const double *factor;    /* [total] [-] of the speed without stress; NULL: 1. Borrowed */
+    const pd_structure_cut *cuts; /* [cut_count] read by the build */
+    int cut_count;
 } pd_structure_desc;
 
 typedef struct pd_structure {
@@ -5905,7 +5923,7 @@ typedef struct pd_structure {
 #define pd_structure_free PD_NAME(pd_structure_free)
 
 /* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
- * node whose bonds do not span all directions. */
+ * node whose bonds do not span all directions; a cut that crosses no bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
 /* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
@@ -7122,6 +7140,8 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 #define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
+#define PD_SETUP_CUTS 16 /* most [cut] sections */
+#define PD_SETUP_CORNERS 32 /* most corners of a cut */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -7217,7 +7237,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
     PD_MONITOR_TOTAL,    /* what a box holds */
     PD_MONITOR_GRIP,     /* force of a grip on a body */
-    PD_MONITOR_SOLID     /* energies of a body, and its extremes */
+    PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
+    PD_MONITOR_CUT       /* the tip of a crack */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -7235,7 +7256,7 @@ typedef struct pd_setup_monitor {
     unsigned fields, images;       /* line. bit k: pd_field k */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index; grip: its place */
+    int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -7285,6 +7306,18 @@ typedef struct pd_setup_grip {
     pd_expr press;          /* of x, y, z, t; in Pa */
 } pd_setup_grip;
 
+/* A crack that metal has from the start: a place (1D), a line of straight pieces (2D), a plane convex polygon (3D). */
+typedef struct pd_setup_cut {
+    char name[PD_SETUP_NAME];
+    int corners;
+    double corner[PD_SETUP_CORNERS * PD_DIM]; /* [m] */
+    int watched;                              /* 1: its tip has a table */
+    double way[PD_DIM];                       /* [-] in which it grows, of any length */
+    int rings;                                /* contours of J: 2 or 0 */
+    double radius[3];                         /* [m] about the tip, between which they lie */
+    int line;                                 /* of the file */
+} pd_setup_cut;
+
 /* Mechanics of the metal. */
 typedef struct pd_setup_body {
     double young, poisson;   /* [Pa], [-] */
@@ -7298,6 +7331,8 @@ typedef struct pd_setup_body {
     int weighs;              /* 1: there is one */
     pd_setup_grip grip[PD_SETUP_GRIPS];
     int grips;
+    pd_setup_cut cut[PD_SETUP_CUTS];
+    int cuts;
     int paces;               /* 1: the speed of the law is multiplied */
     pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_body;
@@ -7599,6 +7634,18 @@ PDI_FN pd_status pdi_reader_initial(pdi_reader *s, int section);
 PDI_FN pd_status pdi_read_solid_read(pdi_reader *s);
 /* A shape of kind grip, before [solid] is read. */
 PDI_FN pd_status pdi_read_solid_shape(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *setup);
+#endif
+
+#endif
+
+/* ======== >>scene/read_cuts.h ======== */
+/* read_cuts: the [cut NAME] sections of a scene: cracks that metal under load has from the start. */
+#ifndef PD_READ_CUTS_H
+#define PD_READ_CUTS_H
+
+#ifdef PDI_INTERNAL
+/* After [solid]. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_read_cuts_read(pdi_reader *s);
 #endif
 
 #endif
@@ -28449,28 +28496,89 @@ static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
     return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
 }
 
-pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+/* The farthest point along `unit` among those that have lost so many bonds. `among` NULL: all. */
+static pd_status pdi_crack_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
+                                    double *tip)
 {
-    double unit[PD_DIM], sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
+    double sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
     int32_t found = 0;
-    memcpy(unit, way, sizeof unit);
-    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
-                        "1, and a direction", share);
-    if (!(share > 0.0)) share = PDI_CRACK_SHARE;
     for (int32_t i = 0; i < body->count; i++)
-        if (pdi_crack_lost(body, i, share))
+        if ((!among || among[i]) && pdi_crack_lost(body, i, share))
             farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
     for (int32_t i = 0; i < body->count; i++) {
         const double *x = body->position + (int64_t)i * PD_DIM;
         if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
-        if (!pdi_crack_lost(body, i, share)) continue;
+        if ((among && !among[i]) || !pdi_crack_lost(body, i, share)) continue;
         for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
         found++;
     }
     if (!found) return PD_RETRY;
     for (int d = 0; d < PD_DIM; d++) tip[d] = sum[d] / found;
     return PD_OK;
+}
+
+pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+{
+    double unit[PD_DIM];
+    memcpy(unit, way, sizeof unit);
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+                        "1, and a direction", share);
+    return pdi_crack_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_SHARE, tip);
+}
+
+/* Square of the distance [m2] of place x from the straight piece between two places. */
+static double pdi_crack_apart(const double *from, const double *to, const double *x)
+{
+    double edge[PD_DIM], off[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        edge[d] = to[d] - from[d];
+        off[d] = x[d] - from[d];
+    }
+    double length = pdi_vec_dot(edge, edge), share = length > 0.0 ? pdi_vec_dot(off, edge) / length : 0.0;
+    share = fmin(fmax(share, 0.0), 1.0);
+    for (int d = 0; d < PD_DIM; d++) off[d] -= share * edge[d];
+    return pdi_vec_dot(off, off);
+}
+
+/* Whether point i lies within a horizon of an edge. */
+static int pdi_crack_beside(const pd_body *body, int corners, const double *corner, int32_t i)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    int edges = PD_DIM == 3 ? corners : corners > 1 ? corners - 1 : 1;
+    for (int k = 0; k < edges; k++) {
+        const double *to = corner + (k + 1 < corners ? k + 1 : 0) * PD_DIM;
+        if (pdi_crack_apart(corner + k * PD_DIM, to, x) <= body->horizon * body->horizon) return 1;
+    }
+    return 0;
+}
+
+PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+                                  const double *left, const double *way, double *tip)
+{
+    double unit[PD_DIM];
+    uint8_t *seen = NULL;
+    int32_t *next = NULL, known = 0;
+    memcpy(unit, way, sizeof unit);
+    if (!pdi_crack_unit(unit)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
+    pd_status status = PDI_NEW(ctx, "crack", body->count, seen);
+    if (status == PD_OK) status = PDI_NEW(ctx, "crack", body->count, next);
+    for (int32_t i = 0; i < body->count && status == PD_OK; i++) {
+        seen[i] = left[i] > 0.0 && pdi_crack_beside(body, corners, corner, i) &&
+                  pdi_crack_lost(body, i, PDI_CRACK_SHARE);
+        if (seen[i]) next[known++] = i;
+    }
+    for (int32_t k = 0; k < known; k++)
+        for (int64_t b = body->row[next[k]]; b < body->row[next[k] + 1]; b++) {
+            int32_t j = body->column[b];
+            if (seen[j] || !(left[j] > 0.0) || !pdi_crack_lost(body, j, PDI_CRACK_SHARE)) continue;
+            seen[j] = 1;
+            next[known++] = j;
+        }
+    if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
+    PDI_DELETE(ctx, body->count, next);
+    PDI_DELETE(ctx, body->count, seen);
+    return status;
 }
 
 #undef PDI_CRACK_SHARE
@@ -34336,9 +34444,6 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #include <math.h>
 #include <string.h>
 
-/* The balance is found anew when a point has lost this share of its stiffness, as much of a cell as a step may take. */
-#define PDI_STRUCTURE_CHANGE 0.02
-
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
@@ -34411,6 +34516,25 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
     return PD_OK;
 }
 
+/* Break the bonds that cross a cut, a piece of its line after another. */
+static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
+{
+    int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
+    int64_t broken, all = 0;
+    for (int k = 0; k < pieces; k++) {
+        char message[PD_MESSAGE_SIZE];
+        pd_cut piece;
+        piece.corners = PD_DIM == 2 && cut->corners > 2 ? 2 : cut->corners;
+        piece.corner = cut->corner + k * PD_DIM;
+        pd_status status = pd_body_cut(ctx, &s->body, &piece, 1, &broken);
+        memcpy(message, ctx->message, sizeof message);
+        if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        all += broken;
+    }
+    if (all) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+}
+
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -34419,9 +34543,11 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
+    s->desc.cuts = NULL;
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
+    for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
     PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
@@ -34495,17 +34621,13 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 static void pdi_structure_stiffen(pd_structure *s)
 {
     const pd_dissolve *d = s->dissolve;
-    double change = 0.0;
-    for (int32_t i = 0; i < s->count && d; i++) {
+    for (int32_t i = 0; i < s->count; i++) {
         if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-        change = fmax(change, fabs(left - s->stiff[i]));
+        if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
+        s->stiff[i] = left;
+        s->rest.stale = 1;
     }
-    if (!(change > PDI_STRUCTURE_CHANGE) && !s->rest.stale) return;
-    for (int32_t i = 0; i < s->count && d; i++)
-        if (s->grid->kind[s->node[i]] == PD_SOLID)
-            s->stiff[i] = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-    s->rest.stale = 1;
 }
 
 static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
@@ -34570,8 +34692,6 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
     p.store = pdi_structure_store;
     return p;
 }
-
-#undef PDI_STRUCTURE_CHANGE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -42918,7 +43038,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut"};
     return names[kind];
 }
 
@@ -43084,6 +43204,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
+    {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, deformed, slice, prefix, folder"},
@@ -43726,6 +43847,117 @@ PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
     PDI_TRY(pdi_read_solid_grips(s, section));
     PDI_TRY(pdi_read_solid_tables(s, section));
     return pdi_read_solid_pace(s, section);
+}
+
+/* ======== >>scene/read_cuts.c ======== */
+/* read_cuts: see read_cuts.h */
+#include <math.h>
+#include <string.h>
+
+enum { PDI_READ_CUTS_LEAST = PD_DIM, PDI_READ_CUTS_NUMBERS = PD_SETUP_CORNERS * PD_DIM };
+
+/* Corners one after another, with all coordinates of each. */
+static pd_status pdi_read_cuts_points(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
+    int count;
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_CUTS_NUMBERS, cut->corner,
+                             &count));
+    cut->corners = count / PD_DIM;
+    if (count % PD_DIM || cut->corners < PDI_READ_CUTS_LEAST || (PD_DIM == 1 && count > 1))
+        return pdi_text_refuse(s->ctx, s->text, section, "points", "found %d number%s, expected %s, %d number%s each",
+                               count, count > 1 ? "s" : "", what[PD_DIM - 1], PD_DIM, PD_DIM > 1 ? "s" : "");
+    for (int k = 0; PD_DIM > 1 && k + 1 < cut->corners; k++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = cut->corner[(k + 1) * PD_DIM + d] - cut->corner[k * PD_DIM + d];
+            square += step * step;
+        }
+        if (!(square > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, "points", "found corner %d at the place of corner %d, "
+                                   "expected another place", k + 2, k + 1);
+    }
+    return PD_OK;
+}
+
+/* The direction in which it grows: in 2D that of its last piece, when none is given. */
+static pd_status pdi_read_cuts_way(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    double square = 0.0;
+    int count = PD_DIM;
+    cut->watched = PD_DIM == 2;
+    if (pdi_text_has(s->ctx, s->text, section, "way")) {
+        cut->watched = PD_DIM > 1;
+        PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->way, &count));
+    } else if (cut->watched)
+        for (int d = 0; d < PD_DIM; d++)
+            cut->way[d] = cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
+    for (int d = 0; d < PD_DIM; d++) square += cut->way[d] * cut->way[d];
+    if (!cut->watched || (count == PD_DIM && square > 0.0 && square < PDI_READER_HUGE)) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "way", "expected a direction, %d numbers that are not all zero",
+                           PD_DIM);
+}
+
+/* Radii about the tip between which the contours of J lie. */
+static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    double least = s->setup->metal_body.m * s->setup->h[0];
+    int count;
+    if (!pdi_text_has(s->ctx, s->text, section, "contours")) return PD_OK;
+    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (PD_DIM != 2) return pdi_text_refuse(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
+    if (count != 3)
+        return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %d length%s, expected 3: J is taken between"
+                               " the first two, and between the last two", count, count > 1 ? "s" : "");
+    for (int k = 0; k < 2; k++)
+        if (!(cut->radius[k + 1] - cut->radius[k] >= least * (1.0 - 1e-9)) || !(cut->radius[0] >= 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %.6g and %.6g m, expected growing radii"
+                                   " a horizon m h or more apart, here %.6g m", cut->radius[k], cut->radius[k + 1],
+                                   least);
+    cut->rings = 2;
+    return PD_OK;
+}
+
+static pd_status pdi_read_cuts_table(pdi_reader *s, const pd_setup_cut *cut)
+{
+    pd_setup *u = s->setup;
+    if (!cut->watched) return PD_OK;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "cut", cut->name), "cut",
+                               "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = PD_MONITOR_CUT;
+    m->index = u->metal_body.cuts - 1;
+    m->line = cut->line;
+    memcpy(m->name, cut->name, sizeof m->name);
+    return PD_OK;
+}
+
+static pd_status pdi_read_cuts_section(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    const char *label = s->text->section[section].label;
+    if (!s->setup->has_solid)
+        return pdi_text_refuse(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
+    if (b->cuts == PD_SETUP_CUTS)
+        return pdi_text_refuse(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_CUTS);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pdi_text_refuse(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
+    pd_setup_cut *cut = &b->cut[b->cuts++];
+    memcpy(cut->name, label, strlen(label) + 1);
+    cut->line = s->text->section[section].line;
+    PDI_TRY(pdi_read_cuts_points(s, section, cut));
+    PDI_TRY(pdi_read_cuts_way(s, section, cut));
+    PDI_TRY(pdi_read_cuts_contours(s, section, cut));
+    return pdi_read_cuts_table(s, cut);
+}
+
+PDI_FN pd_status pdi_read_cuts_read(pdi_reader *s)
+{
+    for (int k = pdi_text_next(s->ctx, s->text, "cut", -1); k >= 0; k = pdi_text_next(s->ctx, s->text, "cut", k))
+        PDI_TRY(pdi_read_cuts_section(s, k));
+    return PD_OK;
 }
 
 /* ======== >>scene/read_shapes.c ======== */
@@ -45097,7 +45329,8 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
     case PD_MONITOR_GRIP:
-    case PD_MONITOR_SOLID: break; /* [solid] makes them */
+    case PD_MONITOR_SOLID:
+    case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
 }
@@ -45887,6 +46120,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_solid_read(&s));
+    PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
@@ -47280,6 +47514,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
+    pd_structure_cut cuts[PD_SETUP_CUTS];
     pd_structure_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.m = b->m;
@@ -47296,6 +47531,13 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     if (b->paces) desc.pace = pdi_grip_pace;
     desc.pace_user = (void *)m->setup; /* only read */
     desc.factor = m->factor;
+    for (int k = 0; k < b->cuts; k++) {
+        cuts[k].name = b->cut[k].name;
+        cuts[k].corners = b->cut[k].corners;
+        cuts[k].corner = b->cut[k].corner;
+    }
+    desc.cuts = cuts;
+    desc.cut_count = b->cuts;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
@@ -48952,6 +49194,47 @@ static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }
 
+/* Where a crack ends, its length along the cut and straight on, and its J; nan where a contour meets a surface. */
+static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_cut *cut = &model->setup->metal_body.cut[m->desc->index];
+    const pd_structure *s = &model->structure;
+    const double *last = cut->corner + (cut->corners - 1) * PD_DIM;
+    double length = 0.0, along = 0.0, size = 0.0;
+    pd_crack_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memcpy(desc.tip, last, sizeof desc.tip);
+    memcpy(desc.way, cut->way, sizeof desc.way);
+    pd_status status = pdi_crack_follow(ctx, &s->body, cut->corners, cut->corner, s->stiff, cut->way, desc.tip);
+    if (status < 0) return status;
+    for (int k = 1; k < cut->corners && PD_DIM == 2; k++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = cut->corner[k * PD_DIM + d] - cut->corner[(k - 1) * PD_DIM + d];
+            square += step * step;
+        }
+        length += sqrt(square);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        along += cut->way[d] * (desc.tip[d] - last[d]);
+        size += cut->way[d] * cut->way[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        char key[] = {"xyz"[d], '\0'};
+        pdi_monitor_put(m, key, "m", desc.tip[d]);
+    }
+    if (PD_DIM == 2) pdi_monitor_put(m, "length", "m", length + along / sqrt(size));
+    for (int k = 0; k < cut->rings; k++) {
+        double j = 0.0;
+        desc.inner = cut->radius[k];
+        desc.outer = cut->radius[k + 1];
+        status = pd_crack_j(ctx, &s->rest.solid, &desc, s->rest.u, &j);
+        if (status < 0 && status != PD_ERR_GEOMETRY) return status;
+        pdi_monitor_put(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -48960,6 +49243,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
         pdi_grip_reaction(&model->grips, m->desc->index, force);

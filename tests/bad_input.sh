@@ -58,8 +58,23 @@ mean 'until'?"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \
-transport, dissolve, corrode, solid, table, run, output, probe, line, plane, force, transfer, total, measured: \
+transport, dissolve, corrode, solid, cut, table, run, output, probe, line, plane, force, transfer, total, measured: \
 did you mean 'transport'?"
+spoil "cut without solid" 's/^\[run\]/[cut a] points = 0 um, 0 um, 60 um, 0 um\n[run]/' \
+    "bad.scene:8: cut: found no [solid] section, expected one"
+solid='[solid] E = 45 GPa   nu = 0.3\n[side y-] ux = 0 um   uy = 0 um\n'
+spoil "cut of half a corner" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um\n[run]/" \
+    "bad.scene:10: points: found 3 numbers, expected 2 or more corners of a line, 2 numbers each"
+spoil "cut without name" "s/^\[run\]/$solid[cut] points = 0 um, 0 um, 60 um, 0 um\n[run]/" \
+    "bad.scene:10: cut: expected a short name: [cut NAME]"
+spoil "cut of no length" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 0 um, 0 um\n[run]/" \
+    "bad.scene:10: points: found corner 2 at the place of corner 1, expected another place"
+spoil "contours too close" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um, 0 um   contours = 0 um, 9 um, \
+99 um\n[run]/" "bad.scene:10: contours: found 0 and 9e-06 m, expected growing radii a horizon m h or more apart, here \
+2e-05 m"
+spoil "toughness" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2/" \
+    "bad.scene:8: found the unknown key 'toughness' in [solid], expected one of E, nu, plane, m, influence, yield, \
+hardening, stretch, force, speed_factor, rtol"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis: \

@@ -87,6 +87,21 @@
     METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n" \
     "[run] until = 3 s  max_step = 0.25 s\n[output] every = 1 s" WATCHED
 
+/* 2D: metal whose bonds break, alone and as it dissolves: sides that move, a crack at the start, stress and flow. */
+#define BREAKS(time) \
+    "[cut a] points = -12 um, 0 um, -9 um, 0 um\n" \
+    "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side y+] uy = " time "\n[output] every = 1 s" \
+    "  fields = u, mises, broken  images = broken" SLICE "\n[line b] from = -11 um" ZERO "  to = 3 um" ZERO \
+    "  points = 9  fields = u, broken\n"
+#define SOLID_BREAKS \
+    "[grid] h = 1 um  box = -12 um .. 4 um" ACROSS("-4 um .. 4 um") "\n[shape bar] box = -12 um .. 4 um" \
+    ACROSS("-4 um .. 4 um") "  kind = solid\n[solid] E = 45 GPa  nu = 0.3  stretch = 2e-3  yield = 100 MPa" \
+    "  hardening = 1 GPa\n[run] until = 1 s  max_step = 0.25 s\n" BREAKS("0.014 um * t / (1 s)")
+#define SOLID_DISSOLVES \
+    METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n[solid] E = 190 GPa" \
+    "  nu = 0.3  stretch = 2e-3  speed_factor = exp(sigma_h / (1 GPa))\n[run] until = 0.5 s  max_step = 0.1 s\n" \
+    BREAKS("0.04 um * t / (1 s)")
+
 static const struct {
     const char *name, *text;
 } kinds[] = {{"coupled", COUPLED},
@@ -96,6 +111,10 @@ static const struct {
              {"given flow", GIVEN},
              {"corrosion, diffusion", CORRODE_DIFFUSION},
              {"corrosion, random breaking and films", CORRODE_RANDOM},
+#if PD_DIM == 2
+             {"metal that breaks", SOLID_BREAKS},
+             {"metal that breaks and dissolves", SOLID_DISSOLVES},
+#endif
              {"corrosion, activation", CORRODE_ACTIVATION}};
 #define KINDS ((int)(sizeof kinds / sizeof kinds[0]))
 

@@ -464,11 +464,23 @@ BUILD(quasi_static, pd_quasi_static)
 
 BUILD(structure, pd_structure)
 {
+    static const double corner[] = {
+#if PD_DIM == 1
+        8e-6
+#elif PD_DIM == 2
+        6e-6, 4e-6, 8e-6, 4e-6
+#else
+        6e-6, 4e-6, 3e-6, 8e-6, 4e-6, 3e-6, 8e-6, 4e-6, 5e-6, 6e-6, 4e-6, 5e-6
+#endif
+    };
+    const pd_structure_cut cut = {"notch", PD_DIM == 3 ? 4 : PD_DIM, corner};
     pd_structure_desc d;
     memset(&d, 0, sizeof d);
     d.m = 2.0;
     d.elastic.young = l->wrong ? 0.0 : 1.0;
     d.load = no_load;
+    d.cuts = &cut;
+    d.cut_count = 1;
     return pd_structure_build(ctx, &l->pin.grid, &d, o);
 }
 

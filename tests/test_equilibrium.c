@@ -4,6 +4,7 @@
 #include "solid/elastic.h"
 #include "solid/equilibrium.h"
 #include "test.h"
+#include "../cases/elasticity.h"
 #include <math.h>
 
 #define MOST 35000 /* points */
@@ -94,14 +95,6 @@ static double radius(const double *x)
 
 static int in_ring(const double *x) { return radius(x) > 1.0 && radius(x) < 2.0; }
 
-/* Displacement of a ring or shell from 1 to 2 under the pressure 1 inside, E = 1. */
-static double lame(double r, double nu, pd_plane plane)
-{
-    if (PD_DIM == 3) return ((1.0 - 2.0 * nu) * r + 0.5 * (1.0 + nu) * 8.0 / (r * r)) / 7.0;
-    if (plane == PD_PLANE_STRESS) return ((1.0 - nu) * r + (1.0 + nu) * 4.0 / r) / 3.0;
-    return (1.0 + nu) * ((1.0 - 2.0 * nu) * r + 4.0 / r) / 3.0;
-}
-
 static double ring_error(double h, double nu, pd_plane plane)
 {
     pd_equilibrium_result result;
@@ -117,7 +110,7 @@ static double ring_error(double h, double nu, pd_plane plane)
         for (int d = 0; d < PD_DIM; d++) mean[d] += c->volume[i] * c->u[i * PD_DIM + d];
     }
     for (int32_t i = 0; i < c->body.count; i++) {
-        double r = radius(c->position + i * PD_DIM), exact = lame(r, nu, plane);
+        double r = radius(c->position + i * PD_DIM), exact = elasticity_lame(r, nu, plane);
         size += c->volume[i] * exact * exact;
         for (int d = 0; d < PD_DIM; d++) {
             double off = c->u[i * PD_DIM + d] - mean[d] / volume - exact * c->position[i * PD_DIM + d] / r;
@@ -146,17 +139,6 @@ TEST(lame_ring)
 #if PD_DIM == 2
 static int in_plate(const double *x) { return radius(x) > 1.0 && fabs(x[0]) < 4.0 && fabs(x[1]) < 4.0; }
 
-/* Displacement around a hole of radius 1 in an infinite plate under the stress 1 along x, E = 1, plane stress. */
-static void kirsch(const double *x, double nu, double *u)
-{
-    double r = radius(x), t = atan2(x[1], x[0]), g = 0.5 / (1.0 + nu), k = (3.0 - nu) / (1.0 + nu);
-    double ur = (r * (k - 1.0) / 2.0 + r * cos(2 * t) + (1.0 + (1.0 + k) * cos(2 * t)) / r - cos(2 * t) / (r * r * r)) /
-                (4.0 * g);
-    double ut = ((1.0 - k) / r - r - 1.0 / (r * r * r)) * sin(2 * t) / (4.0 * g);
-    u[0] = ur * cos(t) - ut * sin(t);
-    u[1] = ur * sin(t) + ut * cos(t);
-}
-
 static double plate_error(double h)
 {
     pd_equilibrium_result result;
@@ -166,14 +148,14 @@ static double plate_error(double h)
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * 2;
         if (fmax(fabs(x[0]), fabs(x[1])) < 4.0 - 5.0 * h) continue;
-        kirsch(x, 0.3, c->u + i * 2);
+        elasticity_kirsch(x, 0.3, c->u + i * 2);
         c->held[i * 2] = c->held[i * 2 + 1] = 1;
     }
     if (!solve(c, 1, &result)) return 1.0;
     for (int32_t i = 0; i < c->body.count; i++) {
         double exact[2];
         const double *x = c->position + i * 2;
-        kirsch(x, 0.3, exact);
+        elasticity_kirsch(x, 0.3, exact);
         for (int d = 0; d < 2; d++) {
             error += c->volume[i] * (c->u[i * 2 + d] - exact[d]) * (c->u[i * 2 + d] - exact[d]);
             size += c->volume[i] * exact[d] * exact[d];

@@ -82,14 +82,18 @@ page() { # KIND, words before the table
             cases "$docs/details/$1.md"
         else
             goals "$1" "$docs/details/$1.md"
+            # in words, with figures of the report
+            [ "$1" = validation ] && [ -f "$docs/details/mechanics.md" ] && echo && cat "$docs/details/mechanics.md"
         fi
-    } > "$docs/$1.md.part" && mv "$docs/$1.md.part" "$docs/$1.md"
+    } > "$docs/$1.md.part"
+    mv "$docs/$1.md.part" "$docs/$1.md"
 }
 
 [ -f "$docs/details/validation.md" ] && page validation Validation << 'END'
 Are the results right? Each case is held against a closed form, a published figure or another code, with a goal for the
 difference. `make validation` runs them all.
 END
+[ -f "$docs/validation.md" ] && DOCS=$docs sh tools/texts.sh --write "$docs/validation.md" > /dev/null
 [ -f "$docs/details/performance.md" ] && page performance Performance << 'END'
 What do operators, solvers and whole runs cost? `make bench` measures it on two threads. Counts of iterations do not
 depend on the machine; times do.

@@ -21,6 +21,10 @@
 #endif
 #include "gas.h"
 #include "clock.h"
+#include "solid.h"
+#include "round.h"
+#include "waves.h"
+#include "fracture.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -61,6 +65,25 @@ static const val_case *const val_cases[] = {
     &sod_case,
 #if PD_DIM == 2
     &clock_case,
+#endif
+    &solid_patch_case,
+#if PD_DIM == 2
+    &kirsch_case,
+    &lame_case,
+    &hill_case,
+    &gutman_case,
+#endif
+#if PD_DIM > 1
+    &cantilever_case,
+#endif
+#if PD_DIM == 1
+    &dispersion_case,
+#endif
+    &bar_wave_case,
+#if PD_DIM == 2
+    &crack_case,
+    &specimen_case,
+    &branching_case,
 #endif
 };
 

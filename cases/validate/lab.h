@@ -1,6 +1,7 @@
 /* lab: the objects that a validation case works with, built from the descs that it fills in. */
 #ifndef VAL_LAB_H
 #define VAL_LAB_H
+#include "solids.h"
 
 typedef enum val_build {
     VAL_LATTICE = 0, /* stencil, grid and bonds are always built */
@@ -35,6 +36,7 @@ typedef struct val_lab {
     pd_couple couple;
     pd_implicit implicit;
     pd_gas gas;
+    val_solid solid;  /* see solids.h */
     double *field[4]; /* [field_size] work of the case, see lab_fields */
     size_t field_size;
 } val_lab;
@@ -90,6 +92,7 @@ static pd_status lab_fields(pd_ctx *ctx, val_lab *lab, int count, int components
 static void lab_free(pd_ctx *ctx, val_lab *lab)
 {
     for (int k = 0; k < 4; k++) PDI_DELETE(ctx, lab->field_size, lab->field[k]);
+    solid_free(ctx, &lab->solid);
     pd_gas_free(ctx, &lab->gas);
     pd_implicit_free(ctx, &lab->implicit);
     pd_dissolve_free(ctx, &lab->dissolve);

@@ -164,6 +164,7 @@ static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result
     plot.x_label = p->x_label ? p->x_label : "h [m]";
     plot.y_label = "error [-]";
     plot.x_log = p->by != VAL_BY_M;
+    for (int l = 0; l <= last; l++) plot.x_log = plot.x_log && x[l] > 0.0; /* angles begin at 0 */
     plot.y_log = 1;
     return pd_plot_write(ctx, path, &plot);
 }

@@ -4,9 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-/* The balance is found anew when a point has lost this share of its stiffness, as much of a cell as a step may take. */
-#define PDI_STRUCTURE_CHANGE 0.02
-
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
@@ -79,6 +76,25 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
     return PD_OK;
 }
 
+/* Break the bonds that cross a cut, a piece of its line after another. */
+static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
+{
+    int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
+    int64_t broken, all = 0;
+    for (int k = 0; k < pieces; k++) {
+        char message[PD_MESSAGE_SIZE];
+        pd_cut piece;
+        piece.corners = PD_DIM == 2 && cut->corners > 2 ? 2 : cut->corners;
+        piece.corner = cut->corner + k * PD_DIM;
+        pd_status status = pd_body_cut(ctx, &s->body, &piece, 1, &broken);
+        memcpy(message, ctx->message, sizeof message);
+        if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        all += broken;
+    }
+    if (all) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+}
+
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -87,9 +103,11 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
+    s->desc.cuts = NULL;
     PDI_TRY(pdi_structure_count(ctx, s));
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
+    for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
     PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
@@ -163,17 +181,13 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 static void pdi_structure_stiffen(pd_structure *s)
 {
     const pd_dissolve *d = s->dissolve;
-    double change = 0.0;
-    for (int32_t i = 0; i < s->count && d; i++) {
+    for (int32_t i = 0; i < s->count; i++) {
         if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-        change = fmax(change, fabs(left - s->stiff[i]));
+        if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
+        s->stiff[i] = left;
+        s->rest.stale = 1;
     }
-    if (!(change > PDI_STRUCTURE_CHANGE) && !s->rest.stale) return;
-    for (int32_t i = 0; i < s->count && d; i++)
-        if (s->grid->kind[s->node[i]] == PD_SOLID)
-            s->stiff[i] = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-    s->rest.stale = 1;
 }
 
 static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
@@ -238,5 +252,3 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
     p.store = pdi_structure_store;
     return p;
 }
-
-#undef PDI_STRUCTURE_CHANGE

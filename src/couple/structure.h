@@ -10,6 +10,7 @@
 #include "metal/dissolve.h"
 #include "solid/elastic.h"
 #include "solid/quasi_static.h"
+#include "solid/cut.h"
 
 /* What the speed may depend on. */
 typedef struct pd_structure_at {
@@ -23,6 +24,13 @@ typedef struct pd_structure_at {
 /* Factor [-] of the speed there, at least 0. */
 typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
 
+/* A crack that the metal has from the start. */
+typedef struct pd_structure_cut {
+    const char *name;     /* for messages */
+    int corners;          /* 1D: 1; 2D: at least 2, of a line of straight pieces; 3D: at least 3, of a polygon */
+    const double *corner; /* [corners][PD_DIM] [m] as of pd_cut */
+} pd_structure_cut;
+
 typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
     pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
@@ -33,6 +41,8 @@ typedef struct pd_structure_desc {
     pd_pace_fn pace;         /* NULL: the speed does not depend on stress */
     void *pace_user;
     const double *factor;    /* [total] [-] of the speed without stress; NULL: 1. Borrowed */
+    const pd_structure_cut *cuts; /* [cut_count] read by the build */
+    int cut_count;
 } pd_structure_desc;
 
 typedef struct pd_structure {
@@ -59,7 +69,7 @@ typedef struct pd_structure {
 #define pd_structure_free PD_NAME(pd_structure_free)
 
 /* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
- * node whose bonds do not span all directions. */
+ * node whose bonds do not span all directions; a cut that crosses no bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
 /* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with

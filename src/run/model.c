@@ -308,6 +308,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
+    pd_structure_cut cuts[PD_SETUP_CUTS];
     pd_structure_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.m = b->m;
@@ -324,6 +325,13 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     if (b->paces) desc.pace = pdi_grip_pace;
     desc.pace_user = (void *)m->setup; /* only read */
     desc.factor = m->factor;
+    for (int k = 0; k < b->cuts; k++) {
+        cuts[k].name = b->cut[k].name;
+        cuts[k].corners = b->cut[k].corners;
+        cuts[k].corner = b->cut[k].corner;
+    }
+    desc.cuts = cuts;
+    desc.cut_count = b->cuts;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);

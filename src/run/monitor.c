@@ -2,6 +2,7 @@
 #include "run/monitor.h"
 #include "flow/force.h"
 #include "couple/measure.h"
+#include "solid/crack.h"
 #include "io/plot.h"
 #include "run/sample.h"
 #include <math.h>
@@ -187,6 +188,47 @@ static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }
 
+/* Where a crack ends, its length along the cut and straight on, and its J; nan where a contour meets a surface. */
+static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_setup_cut *cut = &model->setup->metal_body.cut[m->desc->index];
+    const pd_structure *s = &model->structure;
+    const double *last = cut->corner + (cut->corners - 1) * PD_DIM;
+    double length = 0.0, along = 0.0, size = 0.0;
+    pd_crack_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memcpy(desc.tip, last, sizeof desc.tip);
+    memcpy(desc.way, cut->way, sizeof desc.way);
+    pd_status status = pdi_crack_follow(ctx, &s->body, cut->corners, cut->corner, s->stiff, cut->way, desc.tip);
+    if (status < 0) return status;
+    for (int k = 1; k < cut->corners && PD_DIM == 2; k++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = cut->corner[k * PD_DIM + d] - cut->corner[(k - 1) * PD_DIM + d];
+            square += step * step;
+        }
+        length += sqrt(square);
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        along += cut->way[d] * (desc.tip[d] - last[d]);
+        size += cut->way[d] * cut->way[d];
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        char key[] = {"xyz"[d], '\0'};
+        pdi_monitor_put(m, key, "m", desc.tip[d]);
+    }
+    if (PD_DIM == 2) pdi_monitor_put(m, "length", "m", length + along / sqrt(size));
+    for (int k = 0; k < cut->rings; k++) {
+        double j = 0.0;
+        desc.inner = cut->radius[k];
+        desc.outer = cut->radius[k + 1];
+        status = pd_crack_j(ctx, &s->rest.solid, &desc, s->rest.u, &j);
+        if (status < 0 && status != PD_ERR_GEOMETRY) return status;
+        pdi_monitor_put(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -195,6 +237,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
         pdi_grip_reaction(&model->grips, m->desc->index, force);

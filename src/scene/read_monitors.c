@@ -267,7 +267,8 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
     case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
     case PD_MONITOR_GRIP:
-    case PD_MONITOR_SOLID: break; /* [solid] makes them */
+    case PD_MONITOR_SOLID:
+    case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
 }

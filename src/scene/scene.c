@@ -8,6 +8,7 @@
 #include "scene/read_metal.h"
 #include "scene/read_gas.h"
 #include "scene/read_solid.h"
+#include "scene/read_cuts.h"
 #include "scene/read_flat.h"
 #include "scene/read_monitors.h"
 #include "scene/read_measured.h"
@@ -575,6 +576,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
     PDI_TRY(pdi_read_solid_read(&s));
+    PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
     PDI_TRY(pdi_scene_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));

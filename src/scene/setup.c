@@ -134,7 +134,7 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
 {
-    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid"};
+    static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut"};
     return names[kind];
 }
 

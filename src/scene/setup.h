@@ -25,6 +25,8 @@
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
 #define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
+#define PD_SETUP_CUTS 16 /* most [cut] sections */
+#define PD_SETUP_CORNERS 32 /* most corners of a cut */
 
 /* What can be written, drawn and probed. */
 typedef enum pd_field {
@@ -120,7 +122,8 @@ typedef enum pd_monitor_kind {
     PD_MONITOR_TRANSFER, /* metal from walls and solids in a box to the fluid */
     PD_MONITOR_TOTAL,    /* what a box holds */
     PD_MONITOR_GRIP,     /* force of a grip on a body */
-    PD_MONITOR_SOLID     /* energies of a body, and its extremes */
+    PD_MONITOR_SOLID,    /* energies of a body, and its extremes */
+    PD_MONITOR_CUT       /* the tip of a crack */
 } pd_monitor_kind;
 
 /* The concentration of the fluid that a Sherwood number refers to. */
@@ -138,7 +141,7 @@ typedef struct pd_setup_monitor {
     unsigned fields, images;       /* line. bit k: pd_field k */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
-    int index;                     /* plane: between the cells index - 1 and index; grip: its place */
+    int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
     int balance;                   /* force: measured around the box, too */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: everything */
     double speed;                  /* [m/s] force: reference, 0: no coefficients */
@@ -188,6 +191,18 @@ typedef struct pd_setup_grip {
     pd_expr press;          /* of x, y, z, t; in Pa */
 } pd_setup_grip;
 
+/* A crack that metal has from the start: a place (1D), a line of straight pieces (2D), a plane convex polygon (3D). */
+typedef struct pd_setup_cut {
+    char name[PD_SETUP_NAME];
+    int corners;
+    double corner[PD_SETUP_CORNERS * PD_DIM]; /* [m] */
+    int watched;                              /* 1: its tip has a table */
+    double way[PD_DIM];                       /* [-] in which it grows, of any length */
+    int rings;                                /* contours of J: 2 or 0 */
+    double radius[3];                         /* [m] about the tip, between which they lie */
+    int line;                                 /* of the file */
+} pd_setup_cut;
+
 /* Mechanics of the metal. */
 typedef struct pd_setup_body {
     double young, poisson;   /* [Pa], [-] */
@@ -201,6 +216,8 @@ typedef struct pd_setup_body {
     int weighs;              /* 1: there is one */
     pd_setup_grip grip[PD_SETUP_GRIPS];
     int grips;
+    pd_setup_cut cut[PD_SETUP_CUTS];
+    int cuts;
     int paces;               /* 1: the speed of the law is multiplied */
     pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_body;

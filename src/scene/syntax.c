@@ -22,6 +22,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed"},
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
+    {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
     {"output", "every, fields, images, deformed, slice, prefix, folder"},

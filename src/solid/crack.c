@@ -223,28 +223,89 @@ static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
     return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
 }
 
-pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+/* The farthest point along `unit` among those that have lost so many bonds. `among` NULL: all. */
+static pd_status pdi_crack_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
+                                    double *tip)
 {
-    double unit[PD_DIM], sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
+    double sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
     int32_t found = 0;
-    memcpy(unit, way, sizeof unit);
-    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
-                        "1, and a direction", share);
-    if (!(share > 0.0)) share = PDI_CRACK_SHARE;
     for (int32_t i = 0; i < body->count; i++)
-        if (pdi_crack_lost(body, i, share))
+        if ((!among || among[i]) && pdi_crack_lost(body, i, share))
             farthest = fmax(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
     for (int32_t i = 0; i < body->count; i++) {
         const double *x = body->position + (int64_t)i * PD_DIM;
         if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
-        if (!pdi_crack_lost(body, i, share)) continue;
+        if ((among && !among[i]) || !pdi_crack_lost(body, i, share)) continue;
         for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
         found++;
     }
     if (!found) return PD_RETRY;
     for (int d = 0; d < PD_DIM; d++) tip[d] = sum[d] / found;
     return PD_OK;
+}
+
+pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip)
+{
+    double unit[PD_DIM];
+    memcpy(unit, way, sizeof unit);
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
+                        "1, and a direction", share);
+    return pdi_crack_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_SHARE, tip);
+}
+
+/* Square of the distance [m2] of place x from the straight piece between two places. */
+static double pdi_crack_apart(const double *from, const double *to, const double *x)
+{
+    double edge[PD_DIM], off[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        edge[d] = to[d] - from[d];
+        off[d] = x[d] - from[d];
+    }
+    double length = pdi_vec_dot(edge, edge), share = length > 0.0 ? pdi_vec_dot(off, edge) / length : 0.0;
+    share = fmin(fmax(share, 0.0), 1.0);
+    for (int d = 0; d < PD_DIM; d++) off[d] -= share * edge[d];
+    return pdi_vec_dot(off, off);
+}
+
+/* Whether point i lies within a horizon of an edge. */
+static int pdi_crack_beside(const pd_body *body, int corners, const double *corner, int32_t i)
+{
+    const double *x = body->position + (int64_t)i * PD_DIM;
+    int edges = PD_DIM == 3 ? corners : corners > 1 ? corners - 1 : 1;
+    for (int k = 0; k < edges; k++) {
+        const double *to = corner + (k + 1 < corners ? k + 1 : 0) * PD_DIM;
+        if (pdi_crack_apart(corner + k * PD_DIM, to, x) <= body->horizon * body->horizon) return 1;
+    }
+    return 0;
+}
+
+PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+                                  const double *left, const double *way, double *tip)
+{
+    double unit[PD_DIM];
+    uint8_t *seen = NULL;
+    int32_t *next = NULL, known = 0;
+    memcpy(unit, way, sizeof unit);
+    if (!pdi_crack_unit(unit)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
+    pd_status status = PDI_NEW(ctx, "crack", body->count, seen);
+    if (status == PD_OK) status = PDI_NEW(ctx, "crack", body->count, next);
+    for (int32_t i = 0; i < body->count && status == PD_OK; i++) {
+        seen[i] = left[i] > 0.0 && pdi_crack_beside(body, corners, corner, i) &&
+                  pdi_crack_lost(body, i, PDI_CRACK_SHARE);
+        if (seen[i]) next[known++] = i;
+    }
+    for (int32_t k = 0; k < known; k++)
+        for (int64_t b = body->row[next[k]]; b < body->row[next[k] + 1]; b++) {
+            int32_t j = body->column[b];
+            if (seen[j] || !(left[j] > 0.0) || !pdi_crack_lost(body, j, PDI_CRACK_SHARE)) continue;
+            seen[j] = 1;
+            next[known++] = j;
+        }
+    if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
+    PDI_DELETE(ctx, body->count, next);
+    PDI_DELETE(ctx, body->count, seen);
+    return status;
 }
 
 #undef PDI_CRACK_SHARE

@@ -1,0 +1,204 @@
+/* test_structure_crack: cracks that metal of scenes has from the start, their tips and their J.
+ * dims: 1 2 3 */
+#include "run/model.h"
+#include "run/monitor.h"
+#include "scene/scene.h"
+#include "test.h"
+#include <math.h>
+
+/* A cut of x = 0 .. 6 um at a height, and places of 1D. */
+#if PD_DIM == 1
+#define BOX "0 .. 20 um"
+#define CUT(x, y) "points = " x "\n"
+#elif PD_DIM == 2
+#define BOX "0 .. 20 um, 0 .. 10 um"
+#define CUT(x, y) "points = 0 um, " y ", " x ", " y "\n"
+#else
+#define BOX "0 .. 20 um, 0 .. 10 um, 0 .. 6 um"
+#define CUT(x, y) "points = 0 um, " y ", 0 um, " x ", " y ", 0 um, " x ", " y ", 6 um, 0 um, " y ", 6 um\n"
+#endif
+#define BAR "[grid] h = 1 um  box = " BOX "\n[shape bar] box = " BOX "  kind = solid\n[side x-] ux = 0 um\n"
+#define METAL BAR "[solid] E = 200 GPa" POISSON "\n"
+#if PD_DIM == 1
+#define POISSON ""
+#else
+#define POISSON "  nu = 0.3"
+#endif
+
+typedef struct scene_case {
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_model model;
+    pd_monitors monitors;
+} scene_case;
+
+static scene_case test_case;
+
+static scene_case *build(const char *text)
+{
+    scene_case *c = &test_case;
+    memset(c, 0, sizeof *c);
+    pd_ctx_init(&c->ctx);
+    if (!CHECK_OK(&c->ctx, pdi_scene_build(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
+    return CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model)) ? c : NULL;
+}
+
+static void end(scene_case *c)
+{
+    pdi_monitors_free(&c->ctx, &c->monitors);
+    pdi_model_free(&c->ctx, &c->model);
+    pd_setup_free(&c->ctx, &c->setup);
+    CHECK_INT(c->ctx.in_use, 0);
+}
+
+/* Whether a straight line between two places in [um] crosses the cut; places on it lie above. */
+static int crosses(const double *x, const double *y, double last, double height)
+{
+    int d = PD_DIM > 1;
+    double place = PD_DIM > 1 ? height : last, below = x[d] - place, above = y[d] - place;
+    if (fabs(below) < 1e-6) below = 0.0;
+    if (fabs(above) < 1e-6) above = 0.0;
+    if ((below < 0.0) == (above < 0.0)) return 0;
+    return PD_DIM == 1 || x[0] + (y[0] - x[0]) * below / (below - above) <= last + 1e-6;
+}
+
+static void check_bonds(const scene_case *c, double last, double height)
+{
+    const pd_body *body = &c->model.structure.body;
+    int64_t wrong = 0, broken = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        double x[PD_DIM], y[PD_DIM], share = 0.0;
+        for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
+        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+            for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[body->column[b] * PD_DIM + d];
+            int is = crosses(x, y, last, height);
+            wrong += is != body->broken[b];
+            broken += is;
+            share += is / (double)(body->row[i + 1] - body->row[i]);
+        }
+        wrong += fabs(pdi_structure_broken(&c->model.structure, i) - share) > 1e-12;
+    }
+    CHECK_INT(wrong, 0);
+    CHECK(broken > 0);
+}
+
+/* A cut between rows of nodes, through a row, and two that a line has: what a straight line says. */
+TEST(bonds)
+{
+    scene_case *c = build(METAL "[cut a] " CUT("6 um", "5 um"));
+    if (!c) return;
+    check_bonds(c, 6.0, 5.0);
+    end(c);
+    c = build(METAL "[cut a] " CUT("6.5 um", "4.5 um"));
+    if (!c) return;
+    check_bonds(c, 6.5, 4.5);
+    end(c);
+#if PD_DIM == 2
+    c = build(METAL "[cut a] points = 0 um, 5 um, 2.5 um, 5 um, 6 um, 5 um\n");
+    if (!c) return;
+    check_bonds(c, 6.0, 5.0);
+    end(c);
+#endif
+}
+
+#if PD_DIM > 1
+/* Each cut has the tip of its own crack, to a cell. */
+TEST(tips)
+{
+    scene_case *c = build(PD_DIM == 2 ?
+        METAL "[cut a] " CUT("6 um", "5 um") "[cut b] points = 20 um, 5 um, 15 um, 5 um\n" :
+        METAL "[cut a] " CUT("6 um", "5 um") "  way = 1, 0, 0\n[cut b] points = 20 um, 5 um, 0 um, 15 um, 5 um, 0 um, "
+              "15 um, 5 um, 6 um, 20 um, 5 um, 6 um  way = -2, 0, 0\n");
+    if (!c || !CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
+    const pd_monitor *m = c->monitors.monitor + 2; /* behind the side and the body */
+    CHECK_INT(c->setup.monitors, 4);
+    for (int k = 0; k < 2; k++) {
+        CHECK_STR(m[k].desc->name, k ? "b" : "a");
+        CHECK_INT(m[k].count, 3);
+        CHECK_NEAR(m[k].figure[0].value, k ? 15e-6 : 6e-6, 1e-6);
+        CHECK_NEAR(m[k].figure[1].value, 5e-6, 1e-12);
+        if (PD_DIM == 3) CHECK_NEAR(m[k].figure[2].value, 3e-6, 1e-12);
+        if (PD_DIM == 2) CHECK_NEAR(m[k].figure[2].value, k ? 5e-6 : 6e-6, 1e-6);
+    }
+    end(c);
+}
+#endif
+
+#if PD_DIM == 2
+/* A strip whose clamped edges are pulled apart has (lambda + 2 mu) e^2 H/2 of J, for a crack far from its ends. */
+TEST(strip)
+{
+    scene_case *c = build(
+        "[grid] h = 0.5 um  box = 0 .. 40 um, 0 .. 20 um\n[shape bar] box = 0 .. 40 um, 0 .. 20 um  kind = solid\n"
+        "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n"
+        "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n"
+        "[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
+    if (!c || !CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return;
+    if (!CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
+    const pd_monitor *m = c->monitors.monitor + 3;
+    double wanted = 0.5 * 45e9 * 0.7 / (1.3 * 0.4) * 2e-4 * 2e-4 * 20e-6;
+    CHECK_STR(m->figure[3].key, "J_inner");
+    double inner = m->figure[3].value, outer = m->figure[4].value;
+    NOTE("strip: J is %.4f and %.4f of that of a long strip", inner / wanted, outer / wanted);
+    CHECK_REL(inner, outer, 2e-3);
+    CHECK_REL(outer, wanted, 0.05);
+    end(c);
+    /* a contour that reaches the end of the strip has no J */
+    c = build(
+        "[grid] h = 1 um  box = 0 .. 20 um, 0 .. 20 um\n[shape bar] box = 0 .. 20 um, 0 .. 20 um  kind = solid\n"
+        "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n[solid] E = 45 GPa  nu = 0.3\n"
+        "[cut a] points = 0 um, 10 um, 15 um, 10 um  contours = 1 um, 4 um, 9 um\n");
+    if (!c || !CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
+    CHECK(!isnan(c->monitors.monitor[3].figure[3].value));
+    CHECK(isnan(c->monitors.monitor[3].figure[4].value));
+    end(c);
+}
+#endif
+
+/* What a scene gets wrong has one message. */
+TEST(refused)
+{
+    static const char *const wrong[][2] = {
+        {BAR "[cut a] " CUT("6 um", "5 um"), "found no [solid] section"},
+        {METAL "[cut] " CUT("6 um", "5 um"), "expected a short name"},
+#if PD_DIM > 1
+        {METAL "[cut a] points = 0 um, 5 um\n", "corners"},
+        {METAL "[cut a] " CUT("6 um", "5 um") " way = 0, 0\n", "expected a direction"},
+#endif
+#if PD_DIM == 2
+        {METAL "[cut a] points = 0 um, 5 um, 3 um\n", "found 3 numbers"},
+        {METAL "[cut a] points = 0 um, 5 um, 0 um, 5 um\n", "corner 2 at the place of corner 1"},
+        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 2 um, 5 um\n", "a horizon"},
+        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 5 um\n", "found 2 lengths, expected 3"},
+        {METAL "[cut a] points = 0 um, 50 um, 3 um, 50 um\n", "the cut 'a' crosses no bond"},
+#elif PD_DIM == 3
+        {METAL "[cut a] " CUT("6 um", "5 um") " contours = 1 um, 3 um, 5 um\n", "expected 2D"},
+        {METAL "[cut a] points = 0 um, 0 um, 0 um, 5 um, 0 um, 0 um, 5 um, 5 um, 1 um, 0 um, 5 um, 0 um\n",
+         "do not lie in a plane"},
+#else
+        {METAL "[cut a] points = 25 um\n", "the cut 'a' crosses no bond"},
+        {METAL "[cut a] points = 5 um, 7 um\n", "expected one place"},
+#endif
+        {METAL "[cut a] points = 5\n", "without unit"}};
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+        scene_case *c = &test_case;
+        memset(c, 0, sizeof *c);
+        pd_ctx_init(&c->ctx);
+        pd_status status = pdi_scene_build(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup);
+        if (status == PD_OK) {
+            status = pdi_model_build(&c->ctx, &c->setup, &c->model);
+            pd_setup_free(&c->ctx, &c->setup);
+        }
+        CHECK(status < 0);
+        if (!CHECK(strstr(c->ctx.message, wrong[k][1]) != NULL)) NOTE("%d: %s", (int)k, c->ctx.message);
+        CHECK_INT(c->ctx.in_use, 0);
+    }
+}
+
+#if PD_DIM == 1
+TEST_MAIN(ENTRY(bonds) ENTRY(refused))
+#elif PD_DIM == 2
+TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(strip) ENTRY(refused))
+#else
+TEST_MAIN(ENTRY(bonds) ENTRY(tips) ENTRY(refused))
+#endif
