@@ -15,7 +15,7 @@ typedef struct solid_lab {
     double build, solve;        /* [s] */
 } solid_lab;
 
-static void solid_free(solid_lab *s)
+static void solid_end(solid_lab *s)
 {
     pd_elastic_free(s->ctx, &s->elastic);
     pd_body_free(s->ctx, &s->body);
@@ -26,7 +26,7 @@ static void solid_free(solid_lab *s)
     PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->held);
 }
 
-static double solid_radius(const double *x)
+static double solid_distance(const double *x)
 {
     double square = 0.0;
     for (int d = 0; d < PD_DIM; d++) square += x[d] * x[d];
@@ -47,7 +47,7 @@ static void solid_points(solid_lab *s, int n, double half, double h, int ring)
             int32_t cell = k, part = p;
             for (int d = 0; d < PD_DIM; d++, cell /= n, part /= parts)
                 x[d] = -half + h * (cell % n + (ring ? (part % parts + 0.5) / parts : 0.5));
-            if (ring && !(solid_radius(x) > 1.0 && solid_radius(x) < 2.0)) continue;
+            if (ring && !(solid_distance(x) > 1.0 && solid_distance(x) < 2.0)) continue;
             for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
             count++;
         }
@@ -169,11 +169,11 @@ static pd_status solid_ring(bench *b, solid_lab *s, int across, double m)
     table_row *row;
     PDI_TRY(solid_build(b, s, 4 * across, 2.0, m, 1));
     for (int64_t k = 0; k < (int64_t)s->body.count * PD_DIM; k++)
-        if (solid_radius(s->position + k / PD_DIM * PD_DIM) < 1.5) s->load[k] = s->elastic.edge[k];
+        if (solid_distance(s->position + k / PD_DIM * PD_DIM) < 1.5) s->load[k] = s->elastic.edge[k];
     PDI_TRY(solid_solve(b, s, 1e-8));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM;
-        double r = solid_radius(x), exact = solid_lame(r);
+        double r = solid_distance(x), exact = solid_lame(r);
         size += s->volume[i] * exact * exact;
         for (int d = 0; d < PD_DIM; d++) {
             double off = s->u[(int64_t)i * PD_DIM + d] - exact * x[d] / r;
@@ -203,7 +203,7 @@ static pd_status solid_run(bench *b)
     solid_cube_head(b);
     for (int n = first; n <= last; n *= 2) {
         pd_status status = solid_cube(b, &s, n, m);
-        solid_free(&s);
+        solid_end(&s);
         if (status < 0) return status;
     }
     snprintf(title, sizeof title, "A box held at one end and sheared at the other, to 1e-8: m = %g, threads: %d", m,
@@ -214,7 +214,7 @@ static pd_status solid_run(bench *b)
     for (int k = 0; k < 5; k++) table_cell(head, "%s", names[k]);
     for (int across = PD_DIM == 3 ? 4 : 8; across <= (b->quick ? 8 : PD_DIM == 3 ? 16 : 64); across *= 2) {
         pd_status status = solid_ring(b, &s, across, PD_DIM == 3 ? 1.0 : 2.0);
-        solid_free(&s);
+        solid_end(&s);
         if (status < 0) return status;
     }
     bench_table(b, PD_DIM == 3 ? "Lame's shell under pressure inside, m = 1"
