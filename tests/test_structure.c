@@ -1,5 +1,5 @@
 /* test_structure: metal of scenes under load, alone and as it dissolves.
- * dims: 2 */
+ * dims: 2 3 */
 #include "run/model.h"
 #include "scene/scene.h"
 #include "test.h"
@@ -124,6 +124,24 @@ TEST(gutman)
     end(loaded);
 }
 
+/* A bar that has flowed bears the stress of flow on the section that is left, 2/sqrt(3) of it in plane strain. */
+TEST(thinning)
+{
+    double force[PD_DIM], flow = PD_DIM == 2 ? 200e6 * 2.0 / sqrt(3.0) : 200e6;
+    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa nu = 0.3 yield = 200 MPa\n[side x-] ux = 0 um\n" AROUND
+                        "[side y-] uy = 0 um\n[side x+] ux = 0.2 um\n" CORRODE);
+    if (!c) return;
+    double left = 1.0 - pd_couple_volume_loss(&c->model.couple), section = left * 10e-6 * DEPTH;
+    for (int k = 0; k < c->setup.metal_body.grips; k++) {
+        if (c->setup.metal_body.grip[k].side != 1) continue;
+        pdi_grip_reaction(&c->model.grips, k, force);
+        NOTE("thinning: %.4f of the metal bears %.5g N, expected %.5g", left, force[0], flow * section);
+        CHECK(left < 0.85 && left > 0.75);
+        CHECK_REL(force[0], flow * section, 1e-3);
+    }
+    end(c);
+}
+
 /* What a scene gets wrong has one message. */
 TEST(refused)
 {
@@ -150,4 +168,4 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(refused))
+TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(refused))

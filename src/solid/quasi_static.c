@@ -24,7 +24,7 @@ PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
     PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
-    PDI_ARRAY(owner, quasi_static, asked, 2 * quasi_static->n, "m");
+    PDI_ARRAY(owner, quasi_static, asked, 4 * quasi_static->n, "1");
     PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
     PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
     PDI_VALUE(owner, quasi_static, time, "s");
@@ -79,9 +79,9 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* The loads, and what is held, those parts of the way from the start of the step to time t. What has come off has no
+/* The loads and what is held, that part of the way from the start of the step to time t. What has come off has no
  * loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part, double move)
+static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
@@ -89,7 +89,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + move * (q->u[k] - *start);
+        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
     return PD_OK;
 }
@@ -225,13 +225,70 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
     return PD_OK;
 }
 
-/* The balance with the present loads, bonds that break, and again until none does. PD_RETRY: not found; u, load and
- * force are those before. */
-static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t)
+/* 1: the entries of a and b differ. */
+static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
-    for (;;) {
+    double near = fmax(PDI_QUASI_STATIC_NEW, q->desc.rtol);
+    near *= fmax(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
+    for (int64_t k = 0; k < q->n; k++)
+        if (fabs(a[k] - b[k]) > near) return 1;
+    return 0;
+}
+
+/* 1: what is held, or the loads, are not those of the present balance. `asked` has by how much more what is held
+ * has to move, and u stays. The loads are the new ones. */
+static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
+{
+    double *u = q->asked + 2 * q->n, *load = q->asked + 3 * q->n;
+    memcpy(u, q->u, (size_t)q->n * sizeof *u);
+    memcpy(load, q->load, (size_t)q->n * sizeof *load);
+    PDI_TRY(pdi_quasi_static_load(ctx, q, t, part));
+    *differs = pdi_quasi_static_others(ctx, q, u, q->u) || pdi_quasi_static_others(ctx, q, load, q->load);
+    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - u[k] : 0.0;
+    memcpy(q->u, u, (size_t)q->n * sizeof *u);
+    return PD_OK;
+}
+
+/* What is held moves by a part of what it asks for, which follows from what it asked for before and after the last move
+ * (Aitken; Kuettler and Wall 2008). */
+static void pdi_quasi_static_move(pd_quasi_static *q, int again)
+{
+    double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
+    for (int64_t k = 0; k < q->n; k++) {
+        double change = now[k] - was[k];
+        along += was[k] * change;
+        square += change * change;
+    }
+    q->relax = again && square > 0.0 ? -q->relax * along / square : 1.0;
+    if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
+    if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
+    memcpy(was, now, (size_t)q->n * sizeof *was);
+    for (int64_t k = 0; k < q->n; k++) q->u[k] += q->relax * now[k];
+}
+
+/* The balance with the loads at that part of the step, where what is held may depend on the balance. The material
+ * starts from its last state in each round: what it would do on the way leaves no trace. */
+static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    int differs = 1;
+    for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
+        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
+        if (again && !differs) return PD_OK;
+        pdi_quasi_static_move(q, again);
         PDI_TRY(pdi_quasi_static_part(ctx, q, t));
         pd_status status = pdi_quasi_static_solve(ctx, q, t);
+        if (status != PD_OK) return status;
+    }
+    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
+                    "not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
+}
+
+/* The balance at that part of the step, bonds that break, and again until none does. PD_RETRY: not found; u, load and
+ * force are those before. */
+static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+{
+    for (;;) {
+        pd_status status = pdi_quasi_static_rest(ctx, q, t, part);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
@@ -256,10 +313,11 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
 static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
+    memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
     while (done < 1.0) {
         pdi_quasi_static_keep(q);
-        PDI_TRY(pdi_quasi_static_load(ctx, q, t, done + part, (done + part) * q->relax));
-        pd_status status = pdi_quasi_static_settle(ctx, q, t);
+        pd_status status = pdi_quasi_static_settle(ctx, q, t, done + part);
         if (status < 0) return status;
         if (status != PD_RETRY) {
             done += part;
@@ -275,61 +333,19 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     return PD_OK;
 }
 
-/* 1: the entries of a and b differ. */
-static int pdi_quasi_static_others(const pd_ctx *ctx, int64_t n, const double *a, const double *b)
-{
-    double near = PDI_QUASI_STATIC_NEW * fmax(pdi_par_max_abs(ctx, n, a), pdi_par_max_abs(ctx, n, b));
-    for (int64_t k = 0; k < n; k++)
-        if (fabs(a[k] - b[k]) > near) return 1;
-    return 0;
-}
-
-/* What is held may depend on the balance: the part of its way that it moves next follows from what it asked for before
- * and after the last move (Aitken; Kuettler and Wall 2008). */
-static void pdi_quasi_static_relax(pd_quasi_static *q, int again)
-{
-    double *now = q->asked, *was = q->asked + q->n, along = 0.0, square = 0.0;
-    for (int64_t k = 0; k < q->n; k++) {
-        double change = now[k] - was[k];
-        along += was[k] * change;
-        square += change * change;
-    }
-    q->relax = again && square > 0.0 ? -q->relax * along / square : 1.0;
-    if (!(q->relax > PDI_QUASI_STATIC_RELAX)) q->relax = PDI_QUASI_STATIC_RELAX;
-    if (!(q->relax < 1.0 / PDI_QUASI_STATIC_RELAX)) q->relax = 1.0 / PDI_QUASI_STATIC_RELAX;
-    memcpy(was, now, (size_t)q->n * sizeof *was);
-}
-
-/* 1: what is held at t, and its loads, are not those of the last balance. */
-static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, int *differs)
-{
-    memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
-    memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, 1.0, 1.0));
-    *differs = pdi_quasi_static_others(ctx, q->n, q->start, q->u) ||
-               pdi_quasi_static_others(ctx, q->n, q->start + q->n, q->load);
-    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - q->start[k] : 0.0;
-    memcpy(q->u, q->start, (size_t)q->n * sizeof *q->u);
-    memcpy(q->load, q->start + q->n, (size_t)q->n * sizeof *q->load);
-    return PD_OK;
-}
-
 pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    int differs = 1, stale = q->stale;
+    int moves = !q->known || q->stale;
     pd_status status = PD_OK;
-    if (stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
-    for (int again = 0; again < PDI_QUASI_STATIC_AGAIN && differs; again++) {
-        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, &differs));
-        pdi_quasi_static_relax(q, again);
-        if (differs || stale || !q->known) status = pdi_quasi_static_advance(ctx, q, t);
-        if (status < 0) return status;
-        q->known = 1;
-        stale = 0;
+    if (q->stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
+    if (!moves) {
+        memcpy(q->start, q->load, (size_t)q->n * sizeof *q->load);
+        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, 1.0, &moves));
+        memcpy(q->load, q->start, (size_t)q->n * sizeof *q->load);
     }
-    if (differs && status == PD_OK)
-        return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and "
-                        "does not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
+    if (moves) status = pdi_quasi_static_advance(ctx, q, t);
+    if (status < 0) return status;
+    q->known = 1;
     q->time = t;
     return status;
 }

@@ -33,7 +33,7 @@ typedef struct pd_quasi_static {
     double *load;          /* [n] [N/m3] */
     double *force;         /* [n] [N/m3] of the bonds, at u */
     double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
-    double *asked;         /* [2][n] [m] by how much what is held has to move, now and in the round before */
+    double *asked;         /* [4][n] [m] by how much what is held has to move, now and in the round before; u, load */
     double relax;          /* [-] part of that which it moves */
     double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
     uint8_t *off;          /* [count] 1: of a piece that has come off */
