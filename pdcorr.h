@@ -110,6 +110,7 @@
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
+ *     springs    forces of bonds that are springs, for many points at a time, and which of them break.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
  *     ordinary   linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
@@ -143,6 +144,7 @@
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
  *     picture    a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp.
+ *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
@@ -4131,7 +4133,8 @@ typedef struct pd_band_bond {
 typedef struct pd_band {
     const pd_body *body;
     const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
-    int flows;           /* 1: there is a relief */
+    int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
+    int singles;         /* 1: points that are alone have a list of bonds, too */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
@@ -4152,7 +4155,7 @@ enum {
     PDI_BAND_TURN = PDI_BAND_SHARE + 1,              /* share H^T [1/m^d] */
     PDI_BAND_CARRY = PDI_BAND_TURN + PDI_BAND_TENSOR, /* A [Pa/m^(d+2)] of eq. 8.4 */
     PDI_BAND_RELIEF = PDI_BAND_CARRY + PDI_BAND_TENSOR, /* share times the relief [Pa/m^d], where metal flows */
-    PDI_BAND_FIELDS = PDI_BAND_RELIEF
+    PDI_BAND_FIELDS = PDI_BAND_RELIEF + PDI_BAND_TENSOR
 };
 
 /* Sums over the bonds of each point of a band. */
@@ -4163,8 +4166,9 @@ typedef struct pdi_band_sums {
 } pdi_band_sums;
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
-/* body and weight are borrowed. flows 1: with room for a relief. pdi_band_find has to follow. */
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band);
+/* body and weight are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
+ * pdi_band_find has to follow. */
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band);
 PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
 /* Weights have changed: bands anew. */
 PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);
@@ -4552,6 +4556,67 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 
 #endif
 
+/* ======== >>solid/springs.h ======== */
+/* springs: forces of bonds that are springs, for many points at a time, and which of them break.
+ *
+ * Bonds come from bands of points. Along a lattice bonds of a band are one vector, of whole spacings. The sum over a
+ * family begins at its middle and goes outward, for each of its quadrants (octants) and half axes by itself, and the
+ * sums of opposite ones are added, axis by axis: a body and its mirror image have mirrored forces to the bit, and so
+ * does a body whose points come in another order (theory: 8.2).
+ */
+#ifndef PD_SPRINGS_H
+#define PD_SPRINGS_H
+
+enum { PD_SPRINGS_PARTS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* parts of a family, by the signs along all axes */ };
+
+/* What bonds of a kind have in common. */
+typedef struct pd_springs_kind {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double stiff;      /* [1/m] 1/r */
+    int part;          /* of the family */
+} pd_springs_kind;
+
+typedef struct pd_springs {
+    pd_body *body;
+    float *weight;          /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    pd_band band;
+    int lattice;            /* 1: all bonds are whole spacings along all axes */
+    int32_t reach;          /* [spacing] of a bond along an axis */
+    int32_t kinds;          /* (2 reach + 1)^PD_DIM on a lattice, else the parts of a family */
+    pd_springs_kind *kind;  /* [kinds] in the order in which sums take them */
+    int32_t *order;         /* [kinds] the kind of each step of a lattice, axis 0 fastest */
+    int32_t *place;         /* [kinds + 1] work */
+    int64_t room;
+    int32_t *of;            /* [room] kind of each bond of the bands */
+} pd_springs;
+
+#ifdef PDI_INTERNAL
+/* What a sweep over all points sees. */
+typedef struct pdi_springs_sweep {
+    const double *u; /* [count][PD_DIM] [m] displacements */
+    const double *v; /* [count][PD_DIM] [m/s] or NULL: what bonds that break release is taken at u - back v */
+    double back;     /* [s] */
+    double most;     /* [-] stretch at which bonds break */
+    double modulus;  /* [N/m^(2d)] */
+    double *force;   /* [count][PD_DIM] [N/m3] */
+    double released; /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that have broken */
+} pdi_springs_sweep;
+
+PDI_FN void pdi_springs_list(pdi_owner *owner, void *springs);
+/* body and weight are borrowed. pdi_springs_find has to follow. */
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *springs);
+PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
+/* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
+PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
+/* Bond b of point i [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
+/* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
+PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
+#endif
+
+#endif
+
 /* ======== >>solid/microelastic.h ======== */
 /* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
  *
@@ -4580,6 +4645,7 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
@@ -6345,6 +6411,30 @@ PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_pictur
 
 #endif
 
+/* ======== >>io/warp.h ======== */
+/* warp: pictures of cells that have moved.
+ *
+ * A cell becomes the quadrilateral of its four corners. A corner moves by the mean of the cells that meet there and
+ * hold together, so there is no gap between those, and a crack between cells opens.
+ */
+#ifndef PD_WARP_H
+#define PD_WARP_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_warp {
+    const pd_picture *still; /* the picture without displacements; magnification is not used */
+    const double *move;      /* [2][nx * ny] [m] displacements as they are drawn; NaN: the cell stays */
+    int (*joined)(const void *user, int cell, int other); /* do both hold together? */
+    const void *user;
+} pdi_warp;
+
+/* Draw into an RGB image (freed by pdi_image_free), on paper that is wide enough for all that moves. Also
+ * PD_ERR_ARGUMENT: displacements of more than ten times the size of the picture. */
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *warp, pd_image *image);
+#endif
+
+#endif
+
 /* ======== >>io/plot.h ======== */
 /* plot: curves and markers over two axes as a PNG. */
 #ifndef PD_PLOT_H
@@ -7339,6 +7429,7 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
+    double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
@@ -7727,7 +7818,7 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
- *                slice = z 0 um  prefix  folder
+ *                slice = z 0 um  deformed = 100  prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm
@@ -26125,10 +26216,9 @@ PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
     int64_t count = band->body ? band->body->count : 0;
-    int64_t fields = PDI_BAND_FIELDS + (band->flows ? PDI_BAND_TENSOR : 0);
     PDI_ARRAY(owner, band, first, count ? count + 1 : 0, "1");
     PDI_ARRAY(owner, band, begin, count ? count + 1 : 0, "1");
-    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * fields, "");
+    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * band->fields, "");
 }
 
 /* Places and volumes. Behind and before the points there are others, far from all: bands may look at them, but take
@@ -26146,12 +26236,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
     band->weight = weight;
-    band->flows = flows;
+    band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
     while (lines % PDI_BAND_LINES != PDI_BAND_APART) lines++;
@@ -26241,11 +26331,12 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        for (int32_t n = 0; n < end - i && end - i > 1; n++) {
+        int kept = end - i > 1 || band->singles;
+        for (int32_t n = 0; n < end - i && kept; n++) {
             pdi_band_row(band, i + n, one);
             pdi_band_within(one, &all, (uint32_t)1 << n);
         }
-        if (end - i > 1) bonds += all.count;
+        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -26404,7 +26495,7 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
     double sum[PD_DIM][PD_BAND_MOST];
     for (int d = 0; d < PD_DIM; d++)
         for (int n = 0; n < PD_BAND_MOST; n++) sum[d][n] = 0.0;
-    if (band->flows) pdi_band_sum(band, k, lambda, mu, 1, sum);
+    if (band->fields > PDI_BAND_RELIEF) pdi_band_sum(band, k, lambda, mu, 1, sum);
     else pdi_band_sum(band, k, lambda, mu, 0, sum);
     for (int n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];
@@ -26587,7 +26678,7 @@ static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
         field[(PDI_BAND_TURN + p) * e->band.stride] = 0.0;
         field[(PDI_BAND_CARRY + p) * e->band.stride] = shape[p] - part[p];
-        if (e->band.flows) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
+        if (e->band.fields > PDI_BAND_RELIEF) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
     }
 }
 
@@ -26663,7 +26754,7 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0, &e->band));
+    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -28522,6 +28613,431 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
 
+/* ======== >>solid/springs.c ======== */
+/* springs: see springs.h */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_SPRINGS_ALL UINT32_MAX
+
+/* Rounding of places, over the spacing: bonds of whole spacings lead to places of a lattice. */
+#define PDI_SPRINGS_ROUNDING 1e-9
+/* Longest bond of a lattice, in spacings along an axis. */
+#define PDI_SPRINGS_REACH 200
+/* Up to this |e| the nine terms of the series have all digits. */
+#define PDI_SPRINGS_SMALL (1.0 / 64.0)
+/* Doubles of a vector. */
+#define PDI_SPRINGS_VECTOR 8
+
+/* ---- kinds of bonds ---- */
+
+/* The largest step of a bond along an axis, or more than PDI_SPRINGS_REACH where one is not of whole spacings. */
+static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
+{
+    int32_t most = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
+            if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
+                return PDI_SPRINGS_REACH + 1;
+            if ((int32_t)near > most) most = (int32_t)near;
+        }
+    }
+    return most;
+}
+
+static int32_t pdi_springs_reach(const pd_ctx *ctx, const pd_body *body)
+{
+    enum { parts = 64 };
+    int32_t reach[parts], most = 0;
+    int64_t count = body->count;
+    int nt = pdi_par_threads(ctx, body->bonds * 5);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        reach[q] = 0;
+        for (int64_t i = count * q / parts; i < count * (q + 1) / parts && reach[q] <= PDI_SPRINGS_REACH; i++) {
+            int32_t found = pdi_springs_steps(body, (int32_t)i);
+            if (found > reach[q]) reach[q] = found;
+        }
+    }
+    for (int q = 0; q < parts; q++)
+        if (reach[q] > most) most = reach[q];
+    return most;
+}
+
+PDI_FN void pdi_springs_list(pdi_owner *owner, void *object)
+{
+    pd_springs *springs = (pd_springs *)object;
+    PDI_ARRAY(owner, springs, kind, springs->kinds, "");
+    PDI_ARRAY(owner, springs, order, springs->kinds, "1");
+    PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
+}
+
+/* Part of the family by the signs of a bond, in digits of base 3: 0, 1 positive, 2 negative. */
+static int pdi_springs_part(const double *xi, double rounding)
+{
+    int part = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) part = 3 * part + (fabs(xi[d]) <= rounding ? 0 : xi[d] > 0.0 ? 1 : 2);
+    return part;
+}
+
+/* Numbers by which kinds of a lattice are sorted: by parts, and outward in each. */
+static int pdi_springs_compare(const void *a, const void *b)
+{
+    const pd_springs_kind *p = (const pd_springs_kind *)a, *q = (const pd_springs_kind *)b;
+    if (p->part != q->part) return p->part < q->part ? -1 : 1;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double own = fabs(p->xi[d]), other = fabs(q->xi[d]);
+        if (own < other || own > other) return own < other ? -1 : 1;
+    }
+    return 0;
+}
+
+/* Place in the box of all steps of the bond xi. */
+static int32_t pdi_springs_box(const pd_springs *s, const double *xi)
+{
+    int32_t box = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--)
+        box = box * (2 * s->reach + 1) + (int32_t)floor(xi[d] / s->body->spacing + 0.5) + s->reach;
+    return box;
+}
+
+static void pdi_springs_sort(pd_springs *s)
+{
+    int32_t wide = 2 * s->reach + 1;
+    for (int32_t k = 0; k < s->kinds; k++) {
+        pd_springs_kind *kind = &s->kind[k];
+        double square = 0.0;
+        for (int32_t d = 0, rest = k; d < PD_DIM; rest /= wide, d++) {
+            kind->xi[d] = (rest % wide - s->reach) * s->body->spacing;
+            square += kind->xi[d] * kind->xi[d];
+        }
+        kind->over = square > 0.0 ? 1.0 / square : 0.0;
+        kind->stiff = sqrt(kind->over);
+        kind->part = pdi_springs_part(kind->xi, 0.0);
+    }
+    qsort(s->kind, (size_t)s->kinds, sizeof *s->kind, pdi_springs_compare);
+    for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
+}
+
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+{
+    memset(s, 0, sizeof *s);
+    s->body = body;
+    s->weight = weight;
+    s->reach = pdi_springs_reach(ctx, body);
+    s->lattice = s->reach <= PDI_SPRINGS_REACH;
+    s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
+    for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
+    pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    s->band.singles = 1;
+    if (status == PD_OK && s->lattice) pdi_springs_sort(s);
+    for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
+    if (status < 0) pdi_springs_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
+{
+    PDI_DELETE(ctx, s->room, s->of);
+    pdi_band_free(ctx, &s->band);
+    pdi_owner_free(ctx, pdi_springs_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- bands ---- */
+
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+{
+    pdi_body_bond(s->body, i, b, xi);
+    for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
+}
+
+/* The kind of bond b of band k, by the first of its points that has it. */
+static int32_t pdi_springs_kind_of(const pd_springs *s, int32_t k, const pd_band_bond *bond)
+{
+    const pd_body *body = s->body;
+    int32_t i = s->band.first[k];
+    double xi[PD_DIM];
+    for (uint32_t lanes = bond->lanes; !(lanes & 1u); lanes >>= 1) i++;
+    for (int d = 0; d < PD_DIM; d++)
+        xi[d] = body->position[((int64_t)i + bond->offset) * PD_DIM + d] - body->position[(int64_t)i * PD_DIM + d];
+    return s->lattice ? s->order[pdi_springs_box(s, xi)] : pdi_springs_part(xi, PDI_SPRINGS_ROUNDING * body->horizon);
+}
+
+/* Bonds of band k in the order of their kinds; those of one kind stay in the order of their row. */
+static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int32_t *kind)
+{
+    int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
+    memset(s->place, 0, ((size_t)s->kinds + 1) * sizeof *s->place);
+    for (int64_t b = 0; b < bonds; b++) {
+        old[b] = s->band.bond[begin + b];
+        kind[b] = pdi_springs_kind_of(s, k, &old[b]);
+        s->place[kind[b] + 1]++;
+    }
+    for (int32_t q = 0; q < s->kinds; q++) s->place[q + 1] += s->place[q];
+    for (int64_t b = 0; b < bonds; b++) {
+        int64_t to = begin + s->place[kind[b]]++;
+        s->band.bond[to] = old[b];
+        s->of[to] = kind[b];
+    }
+}
+
+/* Point n of band k has the bond to the point at this offset no more. */
+static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
+{
+    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
+        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
+}
+
+/* Bonds that the body calls broken are none. */
+static void pdi_springs_clear(pd_springs *s)
+{
+    const pd_body *body = s->body;
+    for (int32_t k = 0; k < s->band.bands; k++)
+        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
+            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+                if (!body->broken[b]) continue;
+                s->weight[b] = 0.0f;
+                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
+            }
+}
+
+PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
+{
+    pd_band_bond *old = NULL;
+    int32_t *kind = NULL;
+    int64_t longest = 1;
+    PDI_TRY(pdi_band_find(ctx, &s->band));
+    if (s->room < s->band.room) {
+        PDI_TRY(PDI_GROW(ctx, "springs", s->room, s->band.room, s->of));
+        s->room = s->band.room;
+    }
+    for (int32_t k = 0; k < s->band.bands; k++)
+        if (s->band.begin[k + 1] - s->band.begin[k] > longest) longest = s->band.begin[k + 1] - s->band.begin[k];
+    pd_status status = PDI_NEW(ctx, "springs", longest, old);
+    if (status == PD_OK) status = PDI_NEW(ctx, "springs", longest, kind);
+    for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
+    PDI_DELETE(ctx, longest, old);
+    PDI_DELETE(ctx, longest, kind);
+    if (status == PD_OK) pdi_springs_clear(s);
+    return status;
+}
+
+/* ---- forces ---- */
+
+/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the series
+ * of phi. */
+PDI_INLINE double pdi_springs_series(double e)
+{
+    double sum = 12155.0 / 65536.0;
+    sum = sum * e - 6435.0 / 32768.0;
+    sum = sum * e + 429.0 / 2048.0;
+    sum = sum * e - 231.0 / 1024.0;
+    sum = sum * e + 63.0 / 256.0;
+    sum = sum * e - 35.0 / 128.0;
+    sum = sum * e + 5.0 / 16.0;
+    sum = sum * e - 3.0 / 8.0;
+    return sum * e + 0.5;
+}
+
+static inline double pdi_springs_pull(double e)
+{
+    if (fabs(e) <= PDI_SPRINGS_SMALL) return e * pdi_springs_series(e);
+    double root = sqrt(1.0 + e);
+    return e / (root * (1.0 + root));
+}
+
+/* Sums of a band. */
+typedef struct pdi_springs_sums {
+    double part[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
+    double high[PD_BAND_MOST], low[PD_BAND_MOST];        /* [-] largest and least e, and 0 */
+} pdi_springs_sums;
+
+/* A bond of count points on a lattice; weight: w/r. Inlined with constants for `lanes` or `count`. */
+PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                                const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t lanes, int count,
+                                pdi_springs_sums *PD_RESTRICT sums)
+{
+    double (*PD_RESTRICT sum)[PD_BAND_MOST] = sums->part[kind->part];
+    double *PD_RESTRICT high = sums->high, *PD_RESTRICT low = sums->low;
+    double xi[PD_DIM], over = kind->over;
+    for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
+    for (int n = 0; n < count; n++) {
+        double y[PD_DIM], more = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            y[d] = xi[d] + eta;
+            more += eta * (xi[d] + y[d]);
+        }
+        double e = more * over;
+        if (lanes != PDI_SPRINGS_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+        high[n] = e > high[n] ? e : high[n];
+        low[n] = e < low[n] ? e : low[n];
+        double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_springs_series(e));
+        for (int d = 0; d < PD_DIM; d++) sum[d][n] += share * y[d];
+    }
+}
+
+/* The sums of band k of a lattice, with no regard to large e. */
+static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_springs_sums *sums)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_band_field(band, 0) + band->first[k];
+    int64_t total = band->stride;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const pd_springs_kind *kind = &s->kind[s->of[b]];
+        const double *far = own + band->bond[b].offset;
+        double weight = (double)band->bond[b].weight * kind->stiff;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_SPRINGS_ALL)
+            pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
+        else if (whole > 1) pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, 1, sums);
+    }
+}
+
+/* Energy w s^2 r V_i V_j that a bond releases [m^(2d+1)]. */
+static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *sweep, int32_t i, int32_t j,
+                                  double weight)
+{
+    const pd_body *body = s->body;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
+        xi[d] = body->position[to] - body->position[from];
+        eta[d] = sweep->u[to] - sweep->u[from];
+        if (sweep->v) eta[d] -= sweep->back * (sweep->v[to] - sweep->v[from]);
+    }
+    double stretch = pdi_body_strain(xi, eta, y, &r, &length);
+    return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
+}
+
+/* Break the bond from point i to j. */
+static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
+{
+    int64_t b = pdi_body_back(s->body, j, i);
+    s->body->broken[b] = 1;
+    s->weight[b] = 0.0f;
+}
+
+/* Point n of band k, one bond at a time: any e, any places, and bonds break. */
+static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, int32_t n,
+                                 pdi_springs_sums *sums, double *released)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_band_field(band, 0) + band->first[k] + n;
+    double top = sweep->most * (2.0 + sweep->most);
+    int64_t total = band->stride, broken = 0;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        pd_band_bond *bond = &band->bond[b];
+        pd_springs_kind kind = s->kind[s->of[b]];
+        const double *far = own + bond->offset;
+        double y[PD_DIM], more = 0.0, square = 0.0;
+        if (!(bond->lanes >> n & 1u)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = far[(PDI_BAND_MOVE + d) * total] - own[(PDI_BAND_MOVE + d) * total];
+            if (!s->lattice) kind.xi[d] = far[(PDI_BAND_PLACE + d) * total] - own[(PDI_BAND_PLACE + d) * total];
+            square += kind.xi[d] * kind.xi[d];
+            y[d] = kind.xi[d] + eta;
+            more += eta * (kind.xi[d] + y[d]);
+        }
+        if (!s->lattice) kind.over = 1.0 / square, kind.stiff = sqrt(kind.over);
+        double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
+        if (e > top) {
+            int32_t i = band->first[k] + n;
+            *released += pdi_springs_release(s, sweep, i, i + bond->offset, (double)bond->weight);
+            pdi_springs_break(s, i, i + bond->offset);
+            bond->lanes &= ~((uint32_t)1 << n);
+            broken++;
+            continue;
+        }
+        double share = weight * far[PDI_BAND_VOLUME * total] * pdi_springs_pull(e);
+        for (int d = 0; d < PD_DIM; d++) sums->part[kind.part][d][n] += share * y[d];
+    }
+    return broken;
+}
+
+static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
+{
+    if (whole > 1) {
+        memset(sums, 0, sizeof *sums);
+        return;
+    }
+    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->part[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    sums->high[0] = sums->low[0] = 0.0;
+}
+
+/* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
+static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
+{
+    for (int stride = 1; stride < PD_SPRINGS_PARTS; stride *= 3)
+        for (int p = 0; p < PD_SPRINGS_PARTS; p += 3 * stride)
+            for (int d = 0; d < PD_DIM; d++) {
+                double *PD_RESTRICT to = sums->part[p][d];
+                const double *one = sums->part[p + stride][d], *other = sums->part[p + 2 * stride][d];
+                for (int n = 0; n < whole; n++) to[n] += one[n] + other[n];
+            }
+}
+
+/* The forces on the points of band k. */
+static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, double *released)
+{
+    int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
+    int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
+    if (count == 1) whole = 1;
+    double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
+    int64_t broken = 0;
+    pdi_springs_sums sums;
+    pdi_springs_zero(whole, &sums);
+    if (s->lattice) {
+        pdi_springs_collect(s, k, whole, &sums);
+        while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
+        if (n < count) pdi_springs_zero(whole, &sums);
+    }
+    for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
+    pdi_springs_fold(whole, &sums);
+    for (n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++)
+            sweep->force[((int64_t)i + n) * PD_DIM + d] = sweep->modulus * sums.part[0][d][n];
+    return broken;
+}
+
+PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_sweep *sweep)
+{
+    enum { parts = 256 };
+    int64_t broken[parts], all = 0, bands = s->band.bands;
+    double released[parts];
+    int nt = pdi_par_threads(ctx, s->body->bonds * 8);
+    (void)nt;
+    pdi_band_move(ctx, &s->band, sweep->u);
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        broken[q] = 0;
+        released[q] = 0.0;
+        for (int64_t k = bands * q / parts; k < bands * (q + 1) / parts; k++)
+            broken[q] += pdi_springs_band(s, sweep, (int32_t)k, &released[q]);
+    }
+    sweep->released = 0.0;
+    for (int q = 0; q < parts; q++) {
+        all += broken[q];
+        sweep->released += 0.25 * sweep->modulus * released[q];
+    }
+    return all / 2;
+}
+
+#undef PDI_SPRINGS_ROUNDING
+#undef PDI_SPRINGS_REACH
+#undef PDI_SPRINGS_SMALL
+#undef PDI_SPRINGS_VECTOR
+#undef PDI_SPRINGS_ALL
+
 /* ======== >>solid/microelastic.c ======== */
 /* microelastic: see microelastic.h */
 #include <math.h>
@@ -28614,27 +29130,30 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
     double *stiffness = NULL;
     PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
     pdi_microelastic_sum(m, 0, NULL, &whole);
-    for (int32_t i = 0; i < body->count; i++)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_sum sum[PD_DIM];
+        memset(sum, 0, sizeof sum);
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
-            for (int a = 0; a < PD_DIM; a++)
-                stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
+            for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
             m->weight[b] = (float)weight;
         }
+        for (int a = 0; a < PD_DIM; a++) stiffness[(int64_t)i * PD_DIM + a] = pdi_sum_total(&sum[a]);
+    }
     for (int32_t i = 0; i < body->count; i++)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
                                              stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
-            m->weight[b] = body->broken[b] ? 0.0f : (float)((double)m->weight[b] * factor);
+            m->weight[b] = (float)((double)m->weight[b] * factor);
         }
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
-    return PD_OK;
+    return pdi_springs_find(ctx, &m->springs);
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -28649,6 +29168,7 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
+    PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
     pdi_microelastic_calibrate(m);
     return pdi_microelastic_weigh(ctx, m);
 }
@@ -28662,6 +29182,7 @@ pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelasti
 
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
+    pdi_springs_free(ctx, &m->springs);
     pdi_owner_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
@@ -28677,85 +29198,25 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     return pdi_body_strain(xi, eta, y, r, length);
 }
 
-/* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
-static double pdi_microelastic_release(const pd_microelastic *m, const double *u, const double *v, double back,
-                                       int32_t i, int64_t b)
+/* Forces at u. Bonds that break release what they hold at u - back v. */
+static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
+                                    double back, int breaks, double *force)
 {
-    const pd_body *body = m->body;
-    int32_t j = body->column[b];
-    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
-        eta[d] = u[to] - u[from];
-        if (v) eta[d] -= back * (v[to] - v[from]);
-    }
-    double s = pdi_body_strain(xi, eta, y, &r, &length);
-    return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
-}
-
-/* What a sweep over all points sees. */
-typedef struct pdi_microelastic_sweep {
-    const double *u, *v;
-    double back; /* [s] */
-    double most; /* [-] stretch at which bonds break */
-    double *force;
-} pdi_microelastic_sweep;
-
-/* The force on point i. *released: sum w s^2 r V_i V_j of the bonds that break. */
-static int64_t pdi_microelastic_point(const pd_microelastic *m, const pdi_microelastic_sweep *sweep, int32_t i,
-                                      double *released)
-{
-    const pd_body *body = m->body;
-    double sum[PD_DIM] = {0.0}, y[PD_DIM];
-    int64_t broken = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double r, length, weight = (double)m->weight[b];
-        if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, sweep->u, i, b, y, &r, &length);
-        if (s > sweep->most) {
-            *released += pdi_microelastic_release(m, sweep->u, sweep->v, sweep->back, i, b);
-            m->weight[b] = 0.0f;
-            body->broken[b] = 1;
-            broken++;
-            continue;
-        }
-        double share = weight * body->volume[body->column[b]] * s / length;
-        for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
-    }
-    for (int d = 0; d < PD_DIM; d++) sweep->force[(int64_t)i * PD_DIM + d] = m->modulus * sum[d];
+    pdi_springs_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = back;
+    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.modulus = m->modulus;
+    sweep.force = force;
+    int64_t broken = pdi_springs_run(ctx, &m->springs, &sweep);
+    m->released += sweep.released;
     return broken;
-}
-
-static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const pdi_microelastic_sweep *sweep)
-{
-    enum { parts = 256 };
-    int64_t broken[parts], all = 0, count = m->body->count;
-    double released[parts];
-    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
-        broken[q] = 0;
-        released[q] = 0.0;
-        for (int64_t i = count * q / parts; i < count * (q + 1) / parts; i++)
-            broken[q] += pdi_microelastic_point(m, sweep, (int32_t)i, &released[q]);
-    }
-    for (int q = 0; q < parts; q++) {
-        all += broken[q];
-        m->released += 0.25 * m->modulus * released[q];
-    }
-    return all / 2;
 }
 
 int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
 {
-    pdi_microelastic_sweep sweep;
-    memset(&sweep, 0, sizeof sweep);
-    sweep.u = u;
-    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
+    return pdi_microelastic_run(ctx, m, u, NULL, 0.0, breaks, force);
 }
 
 /* Energy density of point i at displacements u [J/m3]. */
@@ -28877,14 +29338,7 @@ static void pdi_microelastic_solid_pull(const void *self, const double *u, int32
 static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                            double *force)
 {
-    pd_microelastic *m = (pd_microelastic *)self;
-    pdi_microelastic_sweep sweep;
-    sweep.u = u;
-    sweep.v = v;
-    sweep.back = 0.5 * dt;
-    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
+    return pdi_microelastic_run(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
@@ -28926,17 +29380,6 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
 }
 
 #undef PDI_MICROELASTIC_ACROSS
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O2")
-#endif
 
 /* ======== >>solid/verlet.c ======== */
 /* verlet: see verlet.h */
@@ -28996,31 +29439,72 @@ double pd_verlet_kinetic(const pd_verlet *d)
     return pdi_sum_total(&all);
 }
 
-/* Half a step of the velocities, by the present forces. */
-static void pdi_verlet_kick(const pd_ctx *ctx, const pd_verlet *d, double dt)
+/* Half a step of the velocities with numbers from first to end, by the present forces. */
+static void pdi_verlet_kick(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
-    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
-    int nt = pdi_par_threads(ctx, n * 4);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int64_t k = 0; k < n; k++) {
-        double load = d->desc.load ? d->desc.load[k] : 0.0;
-        if (!d->desc.held || !d->desc.held[k]) d->v[k] += 0.5 * dt / d->desc.density * (d->force[k] + load);
-    }
+    const double *PD_RESTRICT force = d->force, *PD_RESTRICT load = d->desc.load;
+    const uint8_t *PD_RESTRICT held = d->desc.held;
+    double *PD_RESTRICT v = d->v, part = 0.5 * dt / d->desc.density;
+    if (held)
+        for (int64_t k = first; k < end; k++) v[k] = held[k] ? v[k] : v[k] + part * (force[k] + (load ? load[k] : 0.0));
+    else if (load)
+        for (int64_t k = first; k < end; k++) v[k] += part * (force[k] + load[k]);
+    else
+        for (int64_t k = first; k < end; k++) v[k] += part * (force[k] + 0.0);
 }
 
 /* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
-static double pdi_verlet_work(const pd_verlet *d, double dt)
+static void pdi_verlet_work(const pd_verlet *d, double dt, int64_t first, int64_t end, pdi_sum *all)
 {
-    const pd_body *body = d->solid.body;
-    int64_t n = (int64_t)body->count * PD_DIM;
-    pdi_sum all = {0.0, 0.0};
-    for (int64_t k = 0; k < n && (d->desc.load || d->desc.held); k++) {
+    for (int64_t k = first; k < end && (d->desc.load || d->desc.held); k++) {
         double load = d->desc.load ? d->desc.load[k] : 0.0;
         if (d->desc.held && d->desc.held[k]) load = -d->force[k];
-        pdi_sum_add(&all, 0.5 * dt * body->volume[k / PD_DIM] * load * d->v[k]);
+        if (load < 0.0 || load > 0.0) pdi_sum_add(all, 0.5 * dt * d->solid.body->volume[k / PD_DIM] * load * d->v[k]);
     }
-    return pdi_sum_total(&all);
+}
+
+/* Displacements of a step; the largest one, or NaN. */
+static double pdi_verlet_drift(const pd_verlet *d, double dt, int64_t first, int64_t end)
+{
+    const double *PD_RESTRICT v = d->v;
+    double *PD_RESTRICT u = d->u, most = 0.0, all = 0.0;
+    for (int64_t k = first; k < end; k++) u[k] += dt * v[k];
+    for (int64_t k = first; k < end; k++) {
+        double size = fabs(u[k]);
+        all += 0.0 * size;
+        most = size > most ? size : most;
+    }
+    return most + all;
+}
+
+/* Half a step of the velocities, and in the first half of a step all of the displacements, block by block. Returns the
+ * largest displacement, or NaN. */
+static double pdi_verlet_half(const pd_ctx *ctx, pd_verlet *d, double dt, int first)
+{
+    enum { parts = 64, block = 1024 };
+    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
+    double most[parts], all = 0.0;
+    pdi_sum work[parts], sum = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, n * 6);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        most[q] = work[q].sum = work[q].carry = 0.0;
+        for (int64_t k = n * q / parts; k < n * (q + 1) / parts; k += block) {
+            int64_t end = k + block < n * (q + 1) / parts ? k + block : n * (q + 1) / parts;
+            if (first) pdi_verlet_kick(d, dt, k, end);
+            pdi_verlet_work(d, dt, k, end, &work[q]);
+            double size = first ? pdi_verlet_drift(d, dt, k, end) : 0.0;
+            if (!(size <= most[q])) most[q] = size;
+            if (!first) pdi_verlet_kick(d, dt, k, end);
+        }
+    }
+    for (int q = 0; q < parts; q++) {
+        pdi_sum_add(&sum, pdi_sum_total(&work[q]));
+        if (!(most[q] <= all)) all = most[q];
+    }
+    d->work += pdi_sum_total(&sum);
+    return all;
 }
 
 static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
@@ -29049,16 +29533,11 @@ static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, do
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
-    int64_t n = (int64_t)d->solid.body->count * PD_DIM;
     if (d->steps == 0) PDI_TRY(pdi_verlet_force(ctx, d, NULL, 0.0));
-    pdi_verlet_kick(ctx, d, s->dt);
-    d->work += pdi_verlet_work(d, s->dt);
-    for (int64_t k = 0; k < n; k++) d->u[k] += s->dt * d->v[k];
+    double most = pdi_verlet_half(ctx, d, s->dt, 1);
     PDI_TRY(pdi_verlet_force(ctx, d, d->v, s->dt));
-    d->work += pdi_verlet_work(d, s->dt);
-    pdi_verlet_kick(ctx, d, s->dt);
+    pdi_verlet_half(ctx, d, s->dt, 0);
     d->steps++;
-    double most = pdi_par_max_abs(ctx, n, d->u);
     if (most < PDI_VERLET_FAR * d->solid.body->horizon) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "verlet", "displacements of %g m at t = %g s: a piece is free and is loaded, or "
                     "the step of %g s is too long", most, s->time, s->dt);
@@ -29097,17 +29576,6 @@ pd_process pd_verlet_process(pd_verlet *d)
 #undef PDI_VERLET_SHARE
 #undef PDI_VERLET_MOST
 #undef PDI_VERLET_FAR
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
-#endif
 
 /* ======== >>solid/ordinary.c ======== */
 /* ordinary: see ordinary.h */
@@ -37366,6 +37834,15 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
     return s;
 }
 
+/* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
+static void pdi_picture_even(double wanted, pdi_picture_scale *s)
+{
+    int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    if (s->each > 1 || s->merged > 1 || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
+    s->merged = merged;
+    s->pixels = pixels;
+}
+
 /* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
 static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks *axis)
 {
@@ -37382,6 +37859,8 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (p->magnification) scale = p->magnification * p->nx / lx;
     l->x = pdi_picture_fit(p->nx, scale * lx);
     l->y = pdi_picture_fit(p->ny, scale * ly);
+    if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
+    if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
     double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
     if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */
@@ -37584,6 +38063,182 @@ pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *pict
     pdi_image_free(ctx, &image);
     return status;
 }
+
+/* ======== >>io/warp.c ======== */
+/* warp: see warp.h */
+#include <math.h>
+#include <string.h>
+
+/* Pixels that the width and the height aim at, as of pictures. */
+#define PDI_WARP_WIDTH 1000
+#define PDI_WARP_HEIGHT 900
+/* Displacements over the size of the picture, at most. */
+#define PDI_WARP_MOST 10.0
+/* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
+#define PDI_WARP_SEAM 1e-6
+
+/* The paper: square pixels. */
+typedef struct pdi_warp_paper {
+    double lo[2], size; /* [m] corner, width of a pixel */
+    int n[2];
+    double *value;      /* [n[0] * n[1]] [-] */
+    uint8_t *paint;     /* [n[0] * n[1]] */
+} pdi_warp_paper;
+
+/* The corner of the cell (i, j), s = 0 or 1 to the right, t = 0 or 1 upward [m]: the mean over the cells that meet
+ * there and that a chain of pairs joins to this one. */
+static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *at)
+{
+    const pd_picture *p = w->still;
+    int cell[4], in[4] = {1, 0, 0, 0}, count = 0;
+    size_t cells = (size_t)p->nx * (size_t)p->ny;
+    double sum[2] = {0.0, 0.0};
+    for (int k = 0; k < 4; k++) {
+        int column = i + (k & 1) * (2 * s - 1), row = j + (k >> 1) * (2 * t - 1);
+        cell[k] = column >= 0 && column < p->nx && row >= 0 && row < p->ny ? row * p->nx + column : -1;
+        if (cell[k] >= 0 && isnan(w->move[cell[k]])) cell[k] = -1;
+    }
+    for (int round = 0; round < 3; round++)
+        for (int a = 0; a < 4; a++)
+            for (int b = 0; b < 4; b++)
+                if (in[a] && !in[b] && cell[b] >= 0) in[b] = w->joined(w->user, cell[a], cell[b]);
+    for (int k = 0; k < 4; k++) {
+        if (!in[k]) continue;
+        for (int d = 0; d < 2; d++) sum[d] += w->move[(size_t)d * cells + (size_t)cell[k]];
+        count++;
+    }
+    at[0] = p->lo[0] + (i + s) * (p->hi[0] - p->lo[0]) / p->nx + sum[0] / count;
+    at[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
+}
+
+/* Four corners, in turn, of the cell. */
+static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
+{
+    for (int k = 0; k < 4; k++)
+        pdi_warp_corner(w, cell % w->still->nx, cell / w->still->nx, k == 1 || k == 2, k >> 1, at[k]);
+}
+
+/* Paper for the box and all that moves. */
+static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    double hi[2] = {p->hi[0], p->hi[1]}, wide[2], at[4][2];
+    memcpy(paper->lo, p->lo, sizeof p->lo);
+    for (int cell = 0; cell < p->nx * p->ny; cell++) {
+        if (isnan(w->move[cell])) continue;
+        pdi_warp_cell(w, cell, at);
+        for (int k = 0; k < 8; k++) {
+            double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
+            if (!(fabs(x - p->lo[k % 2]) <= PDI_WARP_MOST * size))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
+                                "%g m, expected at most ten times as much: choose a smaller factor",
+                                x - p->lo[k % 2], size);
+            paper->lo[k % 2] = fmin(paper->lo[k % 2], x);
+            hi[k % 2] = fmax(hi[k % 2], x);
+        }
+    }
+    for (int d = 0; d < 2; d++) wide[d] = hi[d] - paper->lo[d];
+    paper->size = fmax(wide[0] / PDI_WARP_WIDTH, wide[1] / PDI_WARP_HEIGHT);
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
+    return PD_OK;
+}
+
+/* What stays: blank paper outside of the box, and where cells have gone. */
+static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    for (int y = 0; y < paper->n[1]; y++)
+        for (int x = 0; x < paper->n[0]; x++) {
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            double column = (paper->lo[0] + (x + 0.5) * paper->size - p->lo[0]) / (p->hi[0] - p->lo[0]) * p->nx;
+            double row = (paper->lo[1] + (y + 0.5) * paper->size - p->lo[1]) / (p->hi[1] - p->lo[1]) * p->ny;
+            paper->paint[to] = PD_PAINT_OUTSIDE;
+            if (!(column >= 0.0 && column < p->nx && row >= 0.0 && row < p->ny)) continue;
+            size_t cell = (size_t)row * (size_t)p->nx + (size_t)column;
+            if (!isnan(w->move[cell])) continue;
+            paper->value[to] = p->values[cell];
+            paper->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+/* Does the triangle of the corners a, b, c hold the point? On either side of its plane. */
+static int pdi_warp_holds(const double *a, const double *b, const double *c, const double *x)
+{
+    const double *corner[4] = {a, b, c, a};
+    int left = 1, right = 1;
+    for (int k = 0; k < 3; k++) {
+        const double *p = corner[k], *q = corner[k + 1];
+        double turn = (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
+        double rounding = PDI_WARP_SEAM * (fabs(q[0] - p[0]) + fabs(q[1] - p[1]));
+        left = left && turn >= -rounding;
+        right = right && turn <= rounding;
+    }
+    return left || right;
+}
+
+/* Paint the pixels whose middles lie in the cell. */
+static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
+{
+    double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
+    int first[2], last[2];
+    pdi_warp_cell(w, cell, at);
+    for (int k = 0; k < 8; k++) { /* in pixels */
+        double *x = &at[k / 2][k % 2];
+        *x = (*x - paper->lo[k % 2]) / paper->size;
+        lo[k % 2] = fmin(lo[k % 2], *x);
+        hi[k % 2] = fmax(hi[k % 2], *x);
+    }
+    for (int d = 0; d < 2; d++) {
+        first[d] = (int)fmax(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)fmin(paper->n[d] - 1.0, ceil(hi[d]));
+    }
+    for (int y = first[1]; y <= last[1]; y++)
+        for (int x = first[0]; x <= last[0]; x++) {
+            double middle[2] = {x + 0.5, y + 0.5};
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            if (!pdi_warp_holds(at[0], at[1], at[2], middle) && !pdi_warp_holds(at[0], at[2], at[3], middle)) continue;
+            paper->value[to] = w->still->values[cell];
+            paper->paint[to] = w->still->paint ? w->still->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, pd_image *image)
+{
+    pd_picture picture = *w->still;
+    int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->value));
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->paint));
+    pdi_warp_ground(w, paper);
+    for (int cell = 0; cell < w->still->nx * w->still->ny; cell++)
+        if (!isnan(w->move[cell])) pdi_warp_fill(w, cell, paper);
+    picture.nx = paper->n[0];
+    picture.ny = paper->n[1];
+    picture.values = paper->value;
+    picture.paint = paper->paint;
+    picture.magnification = 1;
+    for (int d = 0; d < 2; d++) {
+        picture.lo[d] = paper->lo[d];
+        picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
+    }
+    return pdi_picture_draw(ctx, &picture, image);
+}
+
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+{
+    pdi_warp_paper paper;
+    memset(&paper, 0, sizeof paper);
+    memset(image, 0, sizeof *image);
+    PDI_TRY(pdi_warp_extent(ctx, w, &paper));
+    pd_status status = pdi_warp_paint(ctx, w, &paper, image);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
+    return status;
+}
+
+#undef PDI_WARP_WIDTH
+#undef PDI_WARP_HEIGHT
+#undef PDI_WARP_MOST
+#undef PDI_WARP_SEAM
 
 /* ======== >>io/plot.c ======== */
 /* plot: see plot.h */
@@ -42568,7 +43223,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
-    {"output", "every, fields, images, slice, prefix, folder"},
+    {"output", "every, fields, images, deformed, slice, prefix, folder"},
     {"probe", "at, fields"},
     {"line", "from, to, points, spacing, fields, images"},
     {"plane", "at"},
@@ -45395,6 +46050,17 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
+/* Pictures of the metal as it has moved. */
+static pd_status pdi_scene_deformed(pdi_reader *s, int section)
+{
+    if (!pdi_text_has(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (PD_DIM == 1 || !s->setup->has_solid)
+        return pdi_text_refuse(s->ctx, s->text, section, "deformed", PD_DIM == 1 ?
+                               "found in 1D, where images are curves, expected it in 2D and 3D" :
+                               "found without [solid], whose displacements it magnifies");
+    return pdi_reader_not_negative(s, section, "deformed", "", NULL, &s->setup->deformed);
+}
+
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -45411,6 +46077,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
@@ -46422,7 +47089,7 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
-    band.flows = s->elastic.plastic.count > 0;
+    band.fields = s->elastic.plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF;
     band.stride = s->count;
     return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
 }
@@ -46472,7 +47139,15 @@ static double pdi_footprint_pictures(const pd_setup *u)
     double scale = fmin(1000.0 / lx, 900.0 / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
-    return fmax(largest, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+    double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
+    if (u->deformed > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
+        double pixels = scale * lx * scale * ly;
+        width = scale * lx + 230.0;
+        height = scale * ly + 140.0;
+        all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+        all += 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+    }
+    return fmax(largest, all);
 }
 
 /* Fields that files need a copy of, and the largest picture. */
@@ -47660,11 +48335,17 @@ static void pdi_output_plane(const pd_setup *u, int *right, int *up)
     *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
 }
 
+/* Does the metal have the field? */
+static int pdi_output_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
 static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-                field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+    int solid = pdi_output_metal(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -47684,42 +48365,108 @@ static int pdi_output_below(const pd_model *m, int up)
     return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
 }
 
+/* The node that a cell of the drawn plane shows. */
+static int32_t pdi_output_node(const pd_model *m, int right, int up, int64_t cell)
+{
+    int below = pdi_output_below(m, up), nx = m->grid.n[right], row = (int)(cell / nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+    }
+    i[up] = row < below ? below - 1 - row : row - below;
+    i[right] = (int)(cell % nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int below = pdi_output_below(m, up);
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
-    for (int d = 0; d < PD_DIM; d++) {
-        double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, right, up, k);
+        out->cell[k] = pdi_sample_node(m, field, node);
+        out->paint[k] = (uint8_t)pdi_output_paint(m, field, node);
     }
-    for (int row = 0; row < ny; row++)
-        for (int column = 0; column < nx; column++) {
-            i[up] = row < below ? below - 1 - row : row - below;
-            i[right] = column;
-            int32_t node = pd_grid_node(&m->grid, i);
-            int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_sample_node(m, field, node);
-            out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
-        }
+}
+
+/* ---- pictures of the metal as it has moved ---- */
+
+typedef struct pdi_output_view {
+    const pd_model *model;
+    int right, up, whole; /* axes of the plane; 1: no bond is broken */
+} pdi_output_view;
+
+/* Is there a bond between the metal of both cells? */
+static int pdi_output_joined(const void *user, int cell, int other)
+{
+    const pdi_output_view *v = (const pdi_output_view *)user;
+    const pd_structure *s = &v->model->structure;
+    int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
+    int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
+    if (v->whole) return 1;
+    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
+        if (s->body.column[b] == j) return !s->body.broken[b];
+    return 0;
+}
+
+/* Displacements of the cells as they are drawn [2][cells] [m]; NaN: the cell is no metal. */
+static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, double *move)
+{
+    const pd_model *m = v->model;
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
+        const double *u = m->structure.rest.u + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
+        move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
+    }
+}
+
+static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_picture *picture, int right, int up,
+                                   const char *path)
+{
+    const pd_body *body = &out->model->structure.body;
+    pdi_output_view view;
+    pdi_warp warp;
+    pd_image image;
+    double *move = NULL;
+    view.model = out->model;
+    view.right = right;
+    view.up = up;
+    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
+    pdi_output_moves(out, &view, move);
+    warp.still = picture;
+    warp.move = move;
+    warp.joined = pdi_output_joined;
+    warp.user = &view;
+    pd_status status = pdi_warp_draw(ctx, &warp, &image);
+    if (status == PD_OK) {
+        status = pdi_png_write(ctx, path, &image);
+        pdi_image_free(ctx, &image);
+    }
+    PDI_DELETE(ctx, 2 * out->cells, move);
+    return status;
 }
 
 static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
 {
     char place[PD_UNITS_TEXT];
-    if (PD_DIM < 3) {
-        snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
-        return;
+    size_t used = 0;
+    if (PD_DIM < 3) snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
+    else {
+        pdi_setup_show(u->slice_at, "m", place);
+        snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
     }
-    pdi_setup_show(u->slice_at, "m", place);
-    snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
+    used = strlen(title);
+    if (pdi_output_metal(field) && u->deformed > 0.0)
+        snprintf(title + used, size - used, ", displacements x %g", u->deformed);
 }
 
 static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
 {
     const pd_model *m = out->model;
     int right, up;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8];
     pd_picture picture;
     memset(&picture, 0, sizeof picture);
     pdi_output_plane(m->setup, &right, &up);
@@ -47740,6 +48487,8 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.title = title;
     picture.stamp = stamp;
     picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
+    if (pdi_output_metal(field) && m->setup->deformed > 0.0)
+        return pdi_output_warped(ctx, out, &picture, right, up, path);
     return pd_picture_write(ctx, path, &picture);
 }
 

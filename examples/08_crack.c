@@ -5,7 +5,7 @@
  * too far break (theory: 8.2). Prints where the tip is and where the work has gone, and draws the damage: crack.png.
  * After F. Bobaru and G. Zhang, Int. J. Fract. 196 (2015), 59.
  *   cc -std=c99 -O3 -fopenmp -I. examples/08_crack.c -o 08_crack -lm && ./08_crack 400
- * The argument is the number of points along the plate; 200 take some seconds, 1600 some minutes.
+ * The argument is the number of points along the plate; 200 take a second, 1600 some minutes.
  */
 #define PD_DIM 2
 #ifndef PDCORR_LINKED

@@ -37,6 +37,7 @@ at_most 46 evals case=counts part=implicit n=16
 at_most 38 evals case=counts part=implicit n=32
 at_most 34 krylov case=solid dim=2 part=cube n=64
 at_most 39 krylov case=solid dim=3 part=cube n=16
+at_most 0 unequal case=glass n=200
 at_most 104 evals case=scenes name=mg_pin_2d
 at_most 113 evals case=scenes name=mg_pin_axi
 at_most 57 evals case=scenes name=channel3d_3d

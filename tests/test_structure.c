@@ -154,6 +154,8 @@ TEST(refused)
         {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um * t / (1 s)\n", "until"},
         {LATTICE "[shape g] box = " METAL "\n kind = grip\n[solid] E = 1 GPa  nu = 0.3\n", "holds nothing"},
         {LATTICE "[side x-] ux = 0 um\n", "ux"},
+        {LATTICE "[output] deformed = 10\n", "without [solid]"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[output] deformed = -1\n", "deformed"},
         {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &cases[0];

@@ -12,6 +12,7 @@ static const bench_case *const bench_cases[] = {
 #if PD_DIM == 2
     &counts_case,
     &neighbour_case,
+    &glass_case,
 #endif
 #if PD_DIM > 1
     &scenes_case,

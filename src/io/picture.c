@@ -103,6 +103,15 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
     return s;
 }
 
+/* Beside an axis of merged cells those of the other one are merged, too, so that their scales stay equal. */
+static void pdi_picture_even(double wanted, pdi_picture_scale *s)
+{
+    int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
+    if (s->each > 1 || s->merged > 1 || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
+    s->merged = merged;
+    s->pixels = pixels;
+}
+
 /* Set the ends of an axis [m] in the unit that suits its size; returns the unit. */
 static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks *axis)
 {
@@ -119,6 +128,8 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     if (p->magnification) scale = p->magnification * p->nx / lx;
     l->x = pdi_picture_fit(p->nx, scale * lx);
     l->y = pdi_picture_fit(p->ny, scale * ly);
+    if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
+    if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
     double size_x = fmax(fabs(p->lo[0]), fabs(p->hi[0])), size_y = fmax(fabs(p->lo[1]), fabs(p->hi[1]));
     if (fabs(l->aspect - 1) < 0.05) size_x = size_y = fmax(size_x, size_y); /* one scale, one unit */

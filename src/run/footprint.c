@@ -317,7 +317,7 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
-    band.flows = s->elastic.plastic.count > 0;
+    band.fields = s->elastic.plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF;
     band.stride = s->count;
     return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * (double)sizeof *band.bond;
 }
@@ -367,7 +367,15 @@ static double pdi_footprint_pictures(const pd_setup *u)
     double scale = fmin(1000.0 / lx, 900.0 / ly);
     double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
     double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
-    return fmax(largest, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+    double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
+    if (u->deformed > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
+        double pixels = scale * lx * scale * ly;
+        width = scale * lx + 230.0;
+        height = scale * ly + 140.0;
+        all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
+        all += 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+    }
+    return fmax(largest, all);
 }
 
 /* Fields that files need a copy of, and the largest picture. */

@@ -1,6 +1,6 @@
 /* output: see output.h */
 #include "run/output.h"
-#include "io/picture.h"
+#include "io/warp.h"
 #include "io/plot.h"
 #include "scene/read_measured.h"
 #include "run/sample.h"
@@ -97,11 +97,17 @@ static void pdi_output_plane(const pd_setup *u, int *right, int *up)
     *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
 }
 
+/* Does the metal have the field? */
+static int pdi_output_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
 static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-                field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+    int solid = pdi_output_metal(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -121,42 +127,108 @@ static int pdi_output_below(const pd_model *m, int up)
     return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
 }
 
+/* The node that a cell of the drawn plane shows. */
+static int32_t pdi_output_node(const pd_model *m, int right, int up, int64_t cell)
+{
+    int below = pdi_output_below(m, up), nx = m->grid.n[right], row = (int)(cell / nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+    }
+    i[up] = row < below ? below - 1 - row : row - below;
+    i[right] = (int)(cell % nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
 static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
 {
     const pd_model *m = out->model;
-    int below = pdi_output_below(m, up);
-    int i[PD_DIM], nx = m->grid.n[right], ny = right == up ? 1 : m->grid.n[up] + below; /* 1D: one row */
-    for (int d = 0; d < PD_DIM; d++) {
-        double cell = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(cell, m->grid.n[d] - 1.0));
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, right, up, k);
+        out->cell[k] = pdi_sample_node(m, field, node);
+        out->paint[k] = (uint8_t)pdi_output_paint(m, field, node);
     }
-    for (int row = 0; row < ny; row++)
-        for (int column = 0; column < nx; column++) {
-            i[up] = row < below ? below - 1 - row : row - below;
-            i[right] = column;
-            int32_t node = pd_grid_node(&m->grid, i);
-            int64_t at = (int64_t)row * nx + column;
-            out->cell[at] = pdi_sample_node(m, field, node);
-            out->paint[at] = (uint8_t)pdi_output_paint(m, field, node);
-        }
+}
+
+/* ---- pictures of the metal as it has moved ---- */
+
+typedef struct pdi_output_view {
+    const pd_model *model;
+    int right, up, whole; /* axes of the plane; 1: no bond is broken */
+} pdi_output_view;
+
+/* Is there a bond between the metal of both cells? */
+static int pdi_output_joined(const void *user, int cell, int other)
+{
+    const pdi_output_view *v = (const pdi_output_view *)user;
+    const pd_structure *s = &v->model->structure;
+    int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
+    int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
+    if (v->whole) return 1;
+    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
+        if (s->body.column[b] == j) return !s->body.broken[b];
+    return 0;
+}
+
+/* Displacements of the cells as they are drawn [2][cells] [m]; NaN: the cell is no metal. */
+static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, double *move)
+{
+    const pd_model *m = v->model;
+    for (int64_t k = 0; k < out->cells; k++) {
+        int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
+        const double *u = m->structure.rest.u + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
+        move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
+    }
+}
+
+static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_picture *picture, int right, int up,
+                                   const char *path)
+{
+    const pd_body *body = &out->model->structure.body;
+    pdi_output_view view;
+    pdi_warp warp;
+    pd_image image;
+    double *move = NULL;
+    view.model = out->model;
+    view.right = right;
+    view.up = up;
+    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
+    pdi_output_moves(out, &view, move);
+    warp.still = picture;
+    warp.move = move;
+    warp.joined = pdi_output_joined;
+    warp.user = &view;
+    pd_status status = pdi_warp_draw(ctx, &warp, &image);
+    if (status == PD_OK) {
+        status = pdi_png_write(ctx, path, &image);
+        pdi_image_free(ctx, &image);
+    }
+    PDI_DELETE(ctx, 2 * out->cells, move);
+    return status;
 }
 
 static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
 {
     char place[PD_UNITS_TEXT];
-    if (PD_DIM < 3) {
-        snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
-        return;
+    size_t used = 0;
+    if (PD_DIM < 3) snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
+    else {
+        pdi_setup_show(u->slice_at, "m", place);
+        snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
     }
-    pdi_setup_show(u->slice_at, "m", place);
-    snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
+    used = strlen(title);
+    if (pdi_output_metal(field) && u->deformed > 0.0)
+        snprintf(title + used, size - used, ", displacements x %g", u->deformed);
 }
 
 static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
 {
     const pd_model *m = out->model;
     int right, up;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8];
     pd_picture picture;
     memset(&picture, 0, sizeof picture);
     pdi_output_plane(m->setup, &right, &up);
@@ -177,6 +249,8 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.title = title;
     picture.stamp = stamp;
     picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
+    if (pdi_output_metal(field) && m->setup->deformed > 0.0)
+        return pdi_output_warped(ctx, out, &picture, right, up, path);
     return pd_picture_write(ctx, path, &picture);
 }
 

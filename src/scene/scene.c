@@ -490,6 +490,17 @@ static pd_status pdi_scene_prefix(pdi_reader *s, int section)
     return PD_OK;
 }
 
+/* Pictures of the metal as it has moved. */
+static pd_status pdi_scene_deformed(pdi_reader *s, int section)
+{
+    if (!pdi_text_has(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (PD_DIM == 1 || !s->setup->has_solid)
+        return pdi_text_refuse(s->ctx, s->text, section, "deformed", PD_DIM == 1 ?
+                               "found in 1D, where images are curves, expected it in 2D and 3D" :
+                               "found without [solid], whose displacements it magnifies");
+    return pdi_reader_not_negative(s, section, "deformed", "", NULL, &s->setup->deformed);
+}
+
 static pd_status pdi_scene_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -506,6 +517,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);

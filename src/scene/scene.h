@@ -33,7 +33,7 @@
  *                corrode)
  *                fraction of a node that a step takes (25 rtol)  max_step
  *   [output]     every  fields = C, v, p, kind, grain, phase, D, rate, density, damage, energy  images = ...
- *                slice = z 0 um  prefix  folder
+ *                slice = z 0 um  deformed = 100  prefix  folder
  *   [probe NAME] at = x, y  fields = C, v
  *   [line NAME]  from = x, y  to = x, y  points = 101 | spacing  fields  images
  *   [plane NAME] at = x 1 mm

@@ -314,6 +314,7 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
+    double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];

@@ -25,7 +25,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
-    {"output", "every, fields, images, slice, prefix, folder"},
+    {"output", "every, fields, images, deformed, slice, prefix, folder"},
     {"probe", "at, fields"},
     {"line", "from, to, points, spacing, fields, images"},
     {"plane", "at"},

@@ -16,10 +16,9 @@ PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
     int64_t count = band->body ? band->body->count : 0;
-    int64_t fields = PDI_BAND_FIELDS + (band->flows ? PDI_BAND_TENSOR : 0);
     PDI_ARRAY(owner, band, first, count ? count + 1 : 0, "1");
     PDI_ARRAY(owner, band, begin, count ? count + 1 : 0, "1");
-    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * fields, "");
+    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * band->fields, "");
 }
 
 /* Places and volumes. Behind and before the points there are others, far from all: bands may look at them, but take
@@ -37,12 +36,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
     band->weight = weight;
-    band->flows = flows;
+    band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
     while (lines % PDI_BAND_LINES != PDI_BAND_APART) lines++;
@@ -132,11 +131,12 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        for (int32_t n = 0; n < end - i && end - i > 1; n++) {
+        int kept = end - i > 1 || band->singles;
+        for (int32_t n = 0; n < end - i && kept; n++) {
             pdi_band_row(band, i + n, one);
             pdi_band_within(one, &all, (uint32_t)1 << n);
         }
-        if (end - i > 1) bonds += all.count;
+        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -295,7 +295,7 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
     double sum[PD_DIM][PD_BAND_MOST];
     for (int d = 0; d < PD_DIM; d++)
         for (int n = 0; n < PD_BAND_MOST; n++) sum[d][n] = 0.0;
-    if (band->flows) pdi_band_sum(band, k, lambda, mu, 1, sum);
+    if (band->fields > PDI_BAND_RELIEF) pdi_band_sum(band, k, lambda, mu, 1, sum);
     else pdi_band_sum(band, k, lambda, mu, 0, sum);
     for (int n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++) force[((int64_t)i + n) * PD_DIM + d] = sum[d][n];

@@ -22,7 +22,8 @@ typedef struct pd_band_bond {
 typedef struct pd_band {
     const pd_body *body;
     const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
-    int flows;           /* 1: there is a relief */
+    int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
+    int singles;         /* 1: points that are alone have a list of bonds, too */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
@@ -43,7 +44,7 @@ enum {
     PDI_BAND_TURN = PDI_BAND_SHARE + 1,              /* share H^T [1/m^d] */
     PDI_BAND_CARRY = PDI_BAND_TURN + PDI_BAND_TENSOR, /* A [Pa/m^(d+2)] of eq. 8.4 */
     PDI_BAND_RELIEF = PDI_BAND_CARRY + PDI_BAND_TENSOR, /* share times the relief [Pa/m^d], where metal flows */
-    PDI_BAND_FIELDS = PDI_BAND_RELIEF
+    PDI_BAND_FIELDS = PDI_BAND_RELIEF + PDI_BAND_TENSOR
 };
 
 /* Sums over the bonds of each point of a band. */
@@ -54,8 +55,9 @@ typedef struct pdi_band_sums {
 } pdi_band_sums;
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
-/* body and weight are borrowed. flows 1: with room for a relief. pdi_band_find has to follow. */
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int flows, pd_band *band);
+/* body and weight are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
+ * pdi_band_find has to follow. */
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band);
 PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
 /* Weights have changed: bands anew. */
 PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);

@@ -172,7 +172,7 @@ static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
         field[(PDI_BAND_TURN + p) * e->band.stride] = 0.0;
         field[(PDI_BAND_CARRY + p) * e->band.stride] = shape[p] - part[p];
-        if (e->band.flows) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
+        if (e->band.fields > PDI_BAND_RELIEF) field[(PDI_BAND_RELIEF + p) * e->band.stride] = 0.0;
     }
 }
 
@@ -248,7 +248,7 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0, &e->band));
+    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 

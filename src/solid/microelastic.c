@@ -92,27 +92,30 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
     double *stiffness = NULL;
     PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
     pdi_microelastic_sum(m, 0, NULL, &whole);
-    for (int32_t i = 0; i < body->count; i++)
+    for (int32_t i = 0; i < body->count; i++) {
+        pdi_sum sum[PD_DIM];
+        memset(sum, 0, sizeof sum);
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
             weight *= pdi_body_weight(body, m->desc.influence, xi);
             double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
-            for (int a = 0; a < PD_DIM; a++)
-                stiffness[(int64_t)i * PD_DIM + a] += share * xi[a] * xi[a] * xi[a] * xi[a];
+            for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
             m->weight[b] = (float)weight;
         }
+        for (int a = 0; a < PD_DIM; a++) stiffness[(int64_t)i * PD_DIM + a] = pdi_sum_total(&sum[a]);
+    }
     for (int32_t i = 0; i < body->count; i++)
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
             double xi[PD_DIM];
-            pdi_body_bond(body, i, b, xi);
+            pdi_springs_bond(&m->springs, i, b, xi);
             double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
                                              stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
-            m->weight[b] = body->broken[b] ? 0.0f : (float)((double)m->weight[b] * factor);
+            m->weight[b] = (float)((double)m->weight[b] * factor);
         }
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
-    return PD_OK;
+    return pdi_springs_find(ctx, &m->springs);
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -127,6 +130,7 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
+    PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
     pdi_microelastic_calibrate(m);
     return pdi_microelastic_weigh(ctx, m);
 }
@@ -140,6 +144,7 @@ pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelasti
 
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
+    pdi_springs_free(ctx, &m->springs);
     pdi_owner_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
@@ -155,85 +160,25 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     return pdi_body_strain(xi, eta, y, r, length);
 }
 
-/* w s^2 r V_i V_j of bond b of point i, at the displacements u - back v. */
-static double pdi_microelastic_release(const pd_microelastic *m, const double *u, const double *v, double back,
-                                       int32_t i, int64_t b)
+/* Forces at u. Bonds that break release what they hold at u - back v. */
+static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
+                                    double back, int breaks, double *force)
 {
-    const pd_body *body = m->body;
-    int32_t j = body->column[b];
-    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    pdi_body_bond(body, i, b, xi);
-    for (int d = 0; d < PD_DIM; d++) {
-        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
-        eta[d] = u[to] - u[from];
-        if (v) eta[d] -= back * (v[to] - v[from]);
-    }
-    double s = pdi_body_strain(xi, eta, y, &r, &length);
-    return (double)m->weight[b] * s * s * r * body->volume[i] * body->volume[j];
-}
-
-/* What a sweep over all points sees. */
-typedef struct pdi_microelastic_sweep {
-    const double *u, *v;
-    double back; /* [s] */
-    double most; /* [-] stretch at which bonds break */
-    double *force;
-} pdi_microelastic_sweep;
-
-/* The force on point i. *released: sum w s^2 r V_i V_j of the bonds that break. */
-static int64_t pdi_microelastic_point(const pd_microelastic *m, const pdi_microelastic_sweep *sweep, int32_t i,
-                                      double *released)
-{
-    const pd_body *body = m->body;
-    double sum[PD_DIM] = {0.0}, y[PD_DIM];
-    int64_t broken = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double r, length, weight = (double)m->weight[b];
-        if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, sweep->u, i, b, y, &r, &length);
-        if (s > sweep->most) {
-            *released += pdi_microelastic_release(m, sweep->u, sweep->v, sweep->back, i, b);
-            m->weight[b] = 0.0f;
-            body->broken[b] = 1;
-            broken++;
-            continue;
-        }
-        double share = weight * body->volume[body->column[b]] * s / length;
-        for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
-    }
-    for (int d = 0; d < PD_DIM; d++) sweep->force[(int64_t)i * PD_DIM + d] = m->modulus * sum[d];
+    pdi_springs_sweep sweep;
+    sweep.u = u;
+    sweep.v = v;
+    sweep.back = back;
+    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.modulus = m->modulus;
+    sweep.force = force;
+    int64_t broken = pdi_springs_run(ctx, &m->springs, &sweep);
+    m->released += sweep.released;
     return broken;
-}
-
-static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const pdi_microelastic_sweep *sweep)
-{
-    enum { parts = 256 };
-    int64_t broken[parts], all = 0, count = m->body->count;
-    double released[parts];
-    int nt = pdi_par_threads(ctx, m->body->bonds * 20);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
-        broken[q] = 0;
-        released[q] = 0.0;
-        for (int64_t i = count * q / parts; i < count * (q + 1) / parts; i++)
-            broken[q] += pdi_microelastic_point(m, sweep, (int32_t)i, &released[q]);
-    }
-    for (int q = 0; q < parts; q++) {
-        all += broken[q];
-        m->released += 0.25 * m->modulus * released[q];
-    }
-    return all / 2;
 }
 
 int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
 {
-    pdi_microelastic_sweep sweep;
-    memset(&sweep, 0, sizeof sweep);
-    sweep.u = u;
-    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
+    return pdi_microelastic_run(ctx, m, u, NULL, 0.0, breaks, force);
 }
 
 /* Energy density of point i at displacements u [J/m3]. */
@@ -355,14 +300,7 @@ static void pdi_microelastic_solid_pull(const void *self, const double *u, int32
 static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                            double *force)
 {
-    pd_microelastic *m = (pd_microelastic *)self;
-    pdi_microelastic_sweep sweep;
-    sweep.u = u;
-    sweep.v = v;
-    sweep.back = 0.5 * dt;
-    sweep.most = m->critical > 0.0 ? m->critical : HUGE_VAL;
-    sweep.force = force;
-    return pdi_microelastic_run(ctx, m, &sweep);
+    return pdi_microelastic_run(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)

@@ -11,6 +11,7 @@
 #define PD_MICROELASTIC_H
 #include "solid/elastic.h"
 #include "solid/solid.h"
+#include "solid/springs.h"
 
 typedef struct pd_microelastic_desc {
     double young;    /* [Pa] E */
@@ -27,6 +28,7 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;

@@ -1,0 +1,175 @@
+/* warp: see warp.h */
+#include "io/warp.h"
+#include <math.h>
+#include <string.h>
+
+/* Pixels that the width and the height aim at, as of pictures. */
+#define PDI_WARP_WIDTH 1000
+#define PDI_WARP_HEIGHT 900
+/* Displacements over the size of the picture, at most. */
+#define PDI_WARP_MOST 10.0
+/* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
+#define PDI_WARP_SEAM 1e-6
+
+/* The paper: square pixels. */
+typedef struct pdi_warp_paper {
+    double lo[2], size; /* [m] corner, width of a pixel */
+    int n[2];
+    double *value;      /* [n[0] * n[1]] [-] */
+    uint8_t *paint;     /* [n[0] * n[1]] */
+} pdi_warp_paper;
+
+/* The corner of the cell (i, j), s = 0 or 1 to the right, t = 0 or 1 upward [m]: the mean over the cells that meet
+ * there and that a chain of pairs joins to this one. */
+static void pdi_warp_corner(const pdi_warp *w, int i, int j, int s, int t, double *at)
+{
+    const pd_picture *p = w->still;
+    int cell[4], in[4] = {1, 0, 0, 0}, count = 0;
+    size_t cells = (size_t)p->nx * (size_t)p->ny;
+    double sum[2] = {0.0, 0.0};
+    for (int k = 0; k < 4; k++) {
+        int column = i + (k & 1) * (2 * s - 1), row = j + (k >> 1) * (2 * t - 1);
+        cell[k] = column >= 0 && column < p->nx && row >= 0 && row < p->ny ? row * p->nx + column : -1;
+        if (cell[k] >= 0 && isnan(w->move[cell[k]])) cell[k] = -1;
+    }
+    for (int round = 0; round < 3; round++)
+        for (int a = 0; a < 4; a++)
+            for (int b = 0; b < 4; b++)
+                if (in[a] && !in[b] && cell[b] >= 0) in[b] = w->joined(w->user, cell[a], cell[b]);
+    for (int k = 0; k < 4; k++) {
+        if (!in[k]) continue;
+        for (int d = 0; d < 2; d++) sum[d] += w->move[(size_t)d * cells + (size_t)cell[k]];
+        count++;
+    }
+    at[0] = p->lo[0] + (i + s) * (p->hi[0] - p->lo[0]) / p->nx + sum[0] / count;
+    at[1] = p->lo[1] + (j + t) * (p->hi[1] - p->lo[1]) / p->ny + sum[1] / count;
+}
+
+/* Four corners, in turn, of the cell. */
+static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
+{
+    for (int k = 0; k < 4; k++)
+        pdi_warp_corner(w, cell % w->still->nx, cell / w->still->nx, k == 1 || k == 2, k >> 1, at[k]);
+}
+
+/* Paper for the box and all that moves. */
+static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    double hi[2] = {p->hi[0], p->hi[1]}, wide[2], at[4][2];
+    memcpy(paper->lo, p->lo, sizeof p->lo);
+    for (int cell = 0; cell < p->nx * p->ny; cell++) {
+        if (isnan(w->move[cell])) continue;
+        pdi_warp_cell(w, cell, at);
+        for (int k = 0; k < 8; k++) {
+            double x = at[k / 2][k % 2], size = p->hi[k % 2] - p->lo[k % 2];
+            if (!(fabs(x - p->lo[k % 2]) <= PDI_WARP_MOST * size))
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
+                                "%g m, expected at most ten times as much: choose a smaller factor",
+                                x - p->lo[k % 2], size);
+            paper->lo[k % 2] = fmin(paper->lo[k % 2], x);
+            hi[k % 2] = fmax(hi[k % 2], x);
+        }
+    }
+    for (int d = 0; d < 2; d++) wide[d] = hi[d] - paper->lo[d];
+    paper->size = fmax(wide[0] / PDI_WARP_WIDTH, wide[1] / PDI_WARP_HEIGHT);
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
+    return PD_OK;
+}
+
+/* What stays: blank paper outside of the box, and where cells have gone. */
+static void pdi_warp_ground(const pdi_warp *w, pdi_warp_paper *paper)
+{
+    const pd_picture *p = w->still;
+    for (int y = 0; y < paper->n[1]; y++)
+        for (int x = 0; x < paper->n[0]; x++) {
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            double column = (paper->lo[0] + (x + 0.5) * paper->size - p->lo[0]) / (p->hi[0] - p->lo[0]) * p->nx;
+            double row = (paper->lo[1] + (y + 0.5) * paper->size - p->lo[1]) / (p->hi[1] - p->lo[1]) * p->ny;
+            paper->paint[to] = PD_PAINT_OUTSIDE;
+            if (!(column >= 0.0 && column < p->nx && row >= 0.0 && row < p->ny)) continue;
+            size_t cell = (size_t)row * (size_t)p->nx + (size_t)column;
+            if (!isnan(w->move[cell])) continue;
+            paper->value[to] = p->values[cell];
+            paper->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+/* Does the triangle of the corners a, b, c hold the point? On either side of its plane. */
+static int pdi_warp_holds(const double *a, const double *b, const double *c, const double *x)
+{
+    const double *corner[4] = {a, b, c, a};
+    int left = 1, right = 1;
+    for (int k = 0; k < 3; k++) {
+        const double *p = corner[k], *q = corner[k + 1];
+        double turn = (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
+        double rounding = PDI_WARP_SEAM * (fabs(q[0] - p[0]) + fabs(q[1] - p[1]));
+        left = left && turn >= -rounding;
+        right = right && turn <= rounding;
+    }
+    return left || right;
+}
+
+/* Paint the pixels whose middles lie in the cell. */
+static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
+{
+    double at[4][2], lo[2] = {HUGE_VAL, HUGE_VAL}, hi[2] = {-HUGE_VAL, -HUGE_VAL};
+    int first[2], last[2];
+    pdi_warp_cell(w, cell, at);
+    for (int k = 0; k < 8; k++) { /* in pixels */
+        double *x = &at[k / 2][k % 2];
+        *x = (*x - paper->lo[k % 2]) / paper->size;
+        lo[k % 2] = fmin(lo[k % 2], *x);
+        hi[k % 2] = fmax(hi[k % 2], *x);
+    }
+    for (int d = 0; d < 2; d++) {
+        first[d] = (int)fmax(0.0, floor(lo[d] - 0.5));
+        last[d] = (int)fmin(paper->n[d] - 1.0, ceil(hi[d]));
+    }
+    for (int y = first[1]; y <= last[1]; y++)
+        for (int x = first[0]; x <= last[0]; x++) {
+            double middle[2] = {x + 0.5, y + 0.5};
+            size_t to = (size_t)y * (size_t)paper->n[0] + (size_t)x;
+            if (!pdi_warp_holds(at[0], at[1], at[2], middle) && !pdi_warp_holds(at[0], at[2], at[3], middle)) continue;
+            paper->value[to] = w->still->values[cell];
+            paper->paint[to] = w->still->paint ? w->still->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+        }
+}
+
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, pd_image *image)
+{
+    pd_picture picture = *w->still;
+    int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->value));
+    PDI_TRY(PDI_NEW(ctx, "warp", pixels, paper->paint));
+    pdi_warp_ground(w, paper);
+    for (int cell = 0; cell < w->still->nx * w->still->ny; cell++)
+        if (!isnan(w->move[cell])) pdi_warp_fill(w, cell, paper);
+    picture.nx = paper->n[0];
+    picture.ny = paper->n[1];
+    picture.values = paper->value;
+    picture.paint = paper->paint;
+    picture.magnification = 1;
+    for (int d = 0; d < 2; d++) {
+        picture.lo[d] = paper->lo[d];
+        picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
+    }
+    return pdi_picture_draw(ctx, &picture, image);
+}
+
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+{
+    pdi_warp_paper paper;
+    memset(&paper, 0, sizeof paper);
+    memset(image, 0, sizeof *image);
+    PDI_TRY(pdi_warp_extent(ctx, w, &paper));
+    pd_status status = pdi_warp_paint(ctx, w, &paper, image);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
+    PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
+    return status;
+}
+
+#undef PDI_WARP_WIDTH
+#undef PDI_WARP_HEIGHT
+#undef PDI_WARP_MOST
+#undef PDI_WARP_SEAM

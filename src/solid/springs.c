@@ -1,0 +1,425 @@
+/* springs: see springs.h */
+#include "solid/springs.h"
+#include "core/par.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Bits of a bond that all points of the longest band have. */
+#define PDI_SPRINGS_ALL UINT32_MAX
+
+/* Rounding of places, over the spacing: bonds of whole spacings lead to places of a lattice. */
+#define PDI_SPRINGS_ROUNDING 1e-9
+/* Longest bond of a lattice, in spacings along an axis. */
+#define PDI_SPRINGS_REACH 200
+/* Up to this |e| the nine terms of the series have all digits. */
+#define PDI_SPRINGS_SMALL (1.0 / 64.0)
+/* Doubles of a vector. */
+#define PDI_SPRINGS_VECTOR 8
+
+/* ---- kinds of bonds ---- */
+
+/* The largest step of a bond along an axis, or more than PDI_SPRINGS_REACH where one is not of whole spacings. */
+static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
+{
+    int32_t most = 0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM];
+        pdi_body_bond(body, i, b, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
+            if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
+                return PDI_SPRINGS_REACH + 1;
+            if ((int32_t)near > most) most = (int32_t)near;
+        }
+    }
+    return most;
+}
+
+static int32_t pdi_springs_reach(const pd_ctx *ctx, const pd_body *body)
+{
+    enum { parts = 64 };
+    int32_t reach[parts], most = 0;
+    int64_t count = body->count;
+    int nt = pdi_par_threads(ctx, body->bonds * 5);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        reach[q] = 0;
+        for (int64_t i = count * q / parts; i < count * (q + 1) / parts && reach[q] <= PDI_SPRINGS_REACH; i++) {
+            int32_t found = pdi_springs_steps(body, (int32_t)i);
+            if (found > reach[q]) reach[q] = found;
+        }
+    }
+    for (int q = 0; q < parts; q++)
+        if (reach[q] > most) most = reach[q];
+    return most;
+}
+
+PDI_FN void pdi_springs_list(pdi_owner *owner, void *object)
+{
+    pd_springs *springs = (pd_springs *)object;
+    PDI_ARRAY(owner, springs, kind, springs->kinds, "");
+    PDI_ARRAY(owner, springs, order, springs->kinds, "1");
+    PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
+}
+
+/* Part of the family by the signs of a bond, in digits of base 3: 0, 1 positive, 2 negative. */
+static int pdi_springs_part(const double *xi, double rounding)
+{
+    int part = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) part = 3 * part + (fabs(xi[d]) <= rounding ? 0 : xi[d] > 0.0 ? 1 : 2);
+    return part;
+}
+
+/* Numbers by which kinds of a lattice are sorted: by parts, and outward in each. */
+static int pdi_springs_compare(const void *a, const void *b)
+{
+    const pd_springs_kind *p = (const pd_springs_kind *)a, *q = (const pd_springs_kind *)b;
+    if (p->part != q->part) return p->part < q->part ? -1 : 1;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double own = fabs(p->xi[d]), other = fabs(q->xi[d]);
+        if (own < other || own > other) return own < other ? -1 : 1;
+    }
+    return 0;
+}
+
+/* Place in the box of all steps of the bond xi. */
+static int32_t pdi_springs_box(const pd_springs *s, const double *xi)
+{
+    int32_t box = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--)
+        box = box * (2 * s->reach + 1) + (int32_t)floor(xi[d] / s->body->spacing + 0.5) + s->reach;
+    return box;
+}
+
+static void pdi_springs_sort(pd_springs *s)
+{
+    int32_t wide = 2 * s->reach + 1;
+    for (int32_t k = 0; k < s->kinds; k++) {
+        pd_springs_kind *kind = &s->kind[k];
+        double square = 0.0;
+        for (int32_t d = 0, rest = k; d < PD_DIM; rest /= wide, d++) {
+            kind->xi[d] = (rest % wide - s->reach) * s->body->spacing;
+            square += kind->xi[d] * kind->xi[d];
+        }
+        kind->over = square > 0.0 ? 1.0 / square : 0.0;
+        kind->stiff = sqrt(kind->over);
+        kind->part = pdi_springs_part(kind->xi, 0.0);
+    }
+    qsort(s->kind, (size_t)s->kinds, sizeof *s->kind, pdi_springs_compare);
+    for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
+}
+
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+{
+    memset(s, 0, sizeof *s);
+    s->body = body;
+    s->weight = weight;
+    s->reach = pdi_springs_reach(ctx, body);
+    s->lattice = s->reach <= PDI_SPRINGS_REACH;
+    s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
+    for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
+    pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    s->band.singles = 1;
+    if (status == PD_OK && s->lattice) pdi_springs_sort(s);
+    for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
+    if (status < 0) pdi_springs_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
+{
+    PDI_DELETE(ctx, s->room, s->of);
+    pdi_band_free(ctx, &s->band);
+    pdi_owner_free(ctx, pdi_springs_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- bands ---- */
+
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+{
+    pdi_body_bond(s->body, i, b, xi);
+    for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
+}
+
+/* The kind of bond b of band k, by the first of its points that has it. */
+static int32_t pdi_springs_kind_of(const pd_springs *s, int32_t k, const pd_band_bond *bond)
+{
+    const pd_body *body = s->body;
+    int32_t i = s->band.first[k];
+    double xi[PD_DIM];
+    for (uint32_t lanes = bond->lanes; !(lanes & 1u); lanes >>= 1) i++;
+    for (int d = 0; d < PD_DIM; d++)
+        xi[d] = body->position[((int64_t)i + bond->offset) * PD_DIM + d] - body->position[(int64_t)i * PD_DIM + d];
+    return s->lattice ? s->order[pdi_springs_box(s, xi)] : pdi_springs_part(xi, PDI_SPRINGS_ROUNDING * body->horizon);
+}
+
+/* Bonds of band k in the order of their kinds; those of one kind stay in the order of their row. */
+static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int32_t *kind)
+{
+    int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
+    memset(s->place, 0, ((size_t)s->kinds + 1) * sizeof *s->place);
+    for (int64_t b = 0; b < bonds; b++) {
+        old[b] = s->band.bond[begin + b];
+        kind[b] = pdi_springs_kind_of(s, k, &old[b]);
+        s->place[kind[b] + 1]++;
+    }
+    for (int32_t q = 0; q < s->kinds; q++) s->place[q + 1] += s->place[q];
+    for (int64_t b = 0; b < bonds; b++) {
+        int64_t to = begin + s->place[kind[b]]++;
+        s->band.bond[to] = old[b];
+        s->of[to] = kind[b];
+    }
+}
+
+/* Point n of band k has the bond to the point at this offset no more. */
+static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
+{
+    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
+        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
+}
+
+/* Bonds that the body calls broken are none. */
+static void pdi_springs_clear(pd_springs *s)
+{
+    const pd_body *body = s->body;
+    for (int32_t k = 0; k < s->band.bands; k++)
+        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
+            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+                if (!body->broken[b]) continue;
+                s->weight[b] = 0.0f;
+                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
+            }
+}
+
+PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
+{
+    pd_band_bond *old = NULL;
+    int32_t *kind = NULL;
+    int64_t longest = 1;
+    PDI_TRY(pdi_band_find(ctx, &s->band));
+    if (s->room < s->band.room) {
+        PDI_TRY(PDI_GROW(ctx, "springs", s->room, s->band.room, s->of));
+        s->room = s->band.room;
+    }
+    for (int32_t k = 0; k < s->band.bands; k++)
+        if (s->band.begin[k + 1] - s->band.begin[k] > longest) longest = s->band.begin[k + 1] - s->band.begin[k];
+    pd_status status = PDI_NEW(ctx, "springs", longest, old);
+    if (status == PD_OK) status = PDI_NEW(ctx, "springs", longest, kind);
+    for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
+    PDI_DELETE(ctx, longest, old);
+    PDI_DELETE(ctx, longest, kind);
+    if (status == PD_OK) pdi_springs_clear(s);
+    return status;
+}
+
+/* ---- forces ---- */
+
+/* 1 - r/|Y| = e phi(e) of e = (|Y|^2 - r^2)/r^2, phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))): the series
+ * of phi. */
+PDI_INLINE double pdi_springs_series(double e)
+{
+    double sum = 12155.0 / 65536.0;
+    sum = sum * e - 6435.0 / 32768.0;
+    sum = sum * e + 429.0 / 2048.0;
+    sum = sum * e - 231.0 / 1024.0;
+    sum = sum * e + 63.0 / 256.0;
+    sum = sum * e - 35.0 / 128.0;
+    sum = sum * e + 5.0 / 16.0;
+    sum = sum * e - 3.0 / 8.0;
+    return sum * e + 0.5;
+}
+
+static inline double pdi_springs_pull(double e)
+{
+    if (fabs(e) <= PDI_SPRINGS_SMALL) return e * pdi_springs_series(e);
+    double root = sqrt(1.0 + e);
+    return e / (root * (1.0 + root));
+}
+
+/* Sums of a band. */
+typedef struct pdi_springs_sums {
+    double part[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
+    double high[PD_BAND_MOST], low[PD_BAND_MOST];        /* [-] largest and least e, and 0 */
+} pdi_springs_sums;
+
+/* A bond of count points on a lattice; weight: w/r. Inlined with constants for `lanes` or `count`. */
+PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                                const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t lanes, int count,
+                                pdi_springs_sums *PD_RESTRICT sums)
+{
+    double (*PD_RESTRICT sum)[PD_BAND_MOST] = sums->part[kind->part];
+    double *PD_RESTRICT high = sums->high, *PD_RESTRICT low = sums->low;
+    double xi[PD_DIM], over = kind->over;
+    for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
+    for (int n = 0; n < count; n++) {
+        double y[PD_DIM], more = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            y[d] = xi[d] + eta;
+            more += eta * (xi[d] + y[d]);
+        }
+        double e = more * over;
+        if (lanes != PDI_SPRINGS_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+        high[n] = e > high[n] ? e : high[n];
+        low[n] = e < low[n] ? e : low[n];
+        double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_springs_series(e));
+        for (int d = 0; d < PD_DIM; d++) sum[d][n] += share * y[d];
+    }
+}
+
+/* The sums of band k of a lattice, with no regard to large e. */
+static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_springs_sums *sums)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_band_field(band, 0) + band->first[k];
+    int64_t total = band->stride;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const pd_springs_kind *kind = &s->kind[s->of[b]];
+        const double *far = own + band->bond[b].offset;
+        double weight = (double)band->bond[b].weight * kind->stiff;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_SPRINGS_ALL)
+            pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, PD_BAND_MOST, sums);
+        else if (whole > 1) pdi_springs_add(own, far, total, kind, weight, lanes, whole, sums);
+        else if (lanes) pdi_springs_add(own, far, total, kind, weight, PDI_SPRINGS_ALL, 1, sums);
+    }
+}
+
+/* Energy w s^2 r V_i V_j that a bond releases [m^(2d+1)]. */
+static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *sweep, int32_t i, int32_t j,
+                                  double weight)
+{
+    const pd_body *body = s->body;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
+        xi[d] = body->position[to] - body->position[from];
+        eta[d] = sweep->u[to] - sweep->u[from];
+        if (sweep->v) eta[d] -= sweep->back * (sweep->v[to] - sweep->v[from]);
+    }
+    double stretch = pdi_body_strain(xi, eta, y, &r, &length);
+    return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
+}
+
+/* Break the bond from point i to j. */
+static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
+{
+    int64_t b = pdi_body_back(s->body, j, i);
+    s->body->broken[b] = 1;
+    s->weight[b] = 0.0f;
+}
+
+/* Point n of band k, one bond at a time: any e, any places, and bonds break. */
+static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, int32_t n,
+                                 pdi_springs_sums *sums, double *released)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_band_field(band, 0) + band->first[k] + n;
+    double top = sweep->most * (2.0 + sweep->most);
+    int64_t total = band->stride, broken = 0;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        pd_band_bond *bond = &band->bond[b];
+        pd_springs_kind kind = s->kind[s->of[b]];
+        const double *far = own + bond->offset;
+        double y[PD_DIM], more = 0.0, square = 0.0;
+        if (!(bond->lanes >> n & 1u)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = far[(PDI_BAND_MOVE + d) * total] - own[(PDI_BAND_MOVE + d) * total];
+            if (!s->lattice) kind.xi[d] = far[(PDI_BAND_PLACE + d) * total] - own[(PDI_BAND_PLACE + d) * total];
+            square += kind.xi[d] * kind.xi[d];
+            y[d] = kind.xi[d] + eta;
+            more += eta * (kind.xi[d] + y[d]);
+        }
+        if (!s->lattice) kind.over = 1.0 / square, kind.stiff = sqrt(kind.over);
+        double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
+        if (e > top) {
+            int32_t i = band->first[k] + n;
+            *released += pdi_springs_release(s, sweep, i, i + bond->offset, (double)bond->weight);
+            pdi_springs_break(s, i, i + bond->offset);
+            bond->lanes &= ~((uint32_t)1 << n);
+            broken++;
+            continue;
+        }
+        double share = weight * far[PDI_BAND_VOLUME * total] * pdi_springs_pull(e);
+        for (int d = 0; d < PD_DIM; d++) sums->part[kind.part][d][n] += share * y[d];
+    }
+    return broken;
+}
+
+static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
+{
+    if (whole > 1) {
+        memset(sums, 0, sizeof *sums);
+        return;
+    }
+    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->part[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    sums->high[0] = sums->low[0] = 0.0;
+}
+
+/* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
+static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
+{
+    for (int stride = 1; stride < PD_SPRINGS_PARTS; stride *= 3)
+        for (int p = 0; p < PD_SPRINGS_PARTS; p += 3 * stride)
+            for (int d = 0; d < PD_DIM; d++) {
+                double *PD_RESTRICT to = sums->part[p][d];
+                const double *one = sums->part[p + stride][d], *other = sums->part[p + 2 * stride][d];
+                for (int n = 0; n < whole; n++) to[n] += one[n] + other[n];
+            }
+}
+
+/* The forces on the points of band k. */
+static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, double *released)
+{
+    int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
+    int whole = (count + PDI_SPRINGS_VECTOR - 1) / PDI_SPRINGS_VECTOR * PDI_SPRINGS_VECTOR;
+    if (count == 1) whole = 1;
+    double top = fmin(sweep->most * (2.0 + sweep->most), PDI_SPRINGS_SMALL);
+    int64_t broken = 0;
+    pdi_springs_sums sums;
+    pdi_springs_zero(whole, &sums);
+    if (s->lattice) {
+        pdi_springs_collect(s, k, whole, &sums);
+        while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_SPRINGS_SMALL) n++;
+        if (n < count) pdi_springs_zero(whole, &sums);
+    }
+    for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
+    pdi_springs_fold(whole, &sums);
+    for (n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++)
+            sweep->force[((int64_t)i + n) * PD_DIM + d] = sweep->modulus * sums.part[0][d][n];
+    return broken;
+}
+
+PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_sweep *sweep)
+{
+    enum { parts = 256 };
+    int64_t broken[parts], all = 0, bands = s->band.bands;
+    double released[parts];
+    int nt = pdi_par_threads(ctx, s->body->bonds * 8);
+    (void)nt;
+    pdi_band_move(ctx, &s->band, sweep->u);
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        broken[q] = 0;
+        released[q] = 0.0;
+        for (int64_t k = bands * q / parts; k < bands * (q + 1) / parts; k++)
+            broken[q] += pdi_springs_band(s, sweep, (int32_t)k, &released[q]);
+    }
+    sweep->released = 0.0;
+    for (int q = 0; q < parts; q++) {
+        all += broken[q];
+        sweep->released += 0.25 * sweep->modulus * released[q];
+    }
+    return all / 2;
+}
+
+#undef PDI_SPRINGS_ROUNDING
+#undef PDI_SPRINGS_REACH
+#undef PDI_SPRINGS_SMALL
+#undef PDI_SPRINGS_VECTOR
+#undef PDI_SPRINGS_ALL

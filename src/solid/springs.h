@@ -1,0 +1,60 @@
+/* springs: forces of bonds that are springs, for many points at a time, and which of them break.
+ *
+ * Bonds come from bands of points. Along a lattice bonds of a band are one vector, of whole spacings. The sum over a
+ * family begins at its middle and goes outward, for each of its quadrants (octants) and half axes by itself, and the
+ * sums of opposite ones are added, axis by axis: a body and its mirror image have mirrored forces to the bit, and so
+ * does a body whose points come in another order (theory: 8.2).
+ */
+#ifndef PD_SPRINGS_H
+#define PD_SPRINGS_H
+#include "solid/band.h"
+
+enum { PD_SPRINGS_PARTS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* parts of a family, by the signs along all axes */ };
+
+/* What bonds of a kind have in common. */
+typedef struct pd_springs_kind {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double stiff;      /* [1/m] 1/r */
+    int part;          /* of the family */
+} pd_springs_kind;
+
+typedef struct pd_springs {
+    pd_body *body;
+    float *weight;          /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    pd_band band;
+    int lattice;            /* 1: all bonds are whole spacings along all axes */
+    int32_t reach;          /* [spacing] of a bond along an axis */
+    int32_t kinds;          /* (2 reach + 1)^PD_DIM on a lattice, else the parts of a family */
+    pd_springs_kind *kind;  /* [kinds] in the order in which sums take them */
+    int32_t *order;         /* [kinds] the kind of each step of a lattice, axis 0 fastest */
+    int32_t *place;         /* [kinds + 1] work */
+    int64_t room;
+    int32_t *of;            /* [room] kind of each bond of the bands */
+} pd_springs;
+
+#ifdef PDI_INTERNAL
+/* What a sweep over all points sees. */
+typedef struct pdi_springs_sweep {
+    const double *u; /* [count][PD_DIM] [m] displacements */
+    const double *v; /* [count][PD_DIM] [m/s] or NULL: what bonds that break release is taken at u - back v */
+    double back;     /* [s] */
+    double most;     /* [-] stretch at which bonds break */
+    double modulus;  /* [N/m^(2d)] */
+    double *force;   /* [count][PD_DIM] [N/m3] */
+    double released; /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that have broken */
+} pdi_springs_sweep;
+
+PDI_FN void pdi_springs_list(pdi_owner *owner, void *springs);
+/* body and weight are borrowed. pdi_springs_find has to follow. */
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *springs);
+PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
+/* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
+PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
+/* Bond b of point i [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
+/* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
+PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
+#endif
+
+#endif
