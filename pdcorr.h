@@ -4323,7 +4323,8 @@ PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd
                                     pd_criterion *criterion);
 /* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
  * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
- * critical one. Returns how many. The material has to be updated then. */
+ * critical one. Returns how many. The material has to be updated then. Where no bond is stretched beyond the critical
+ * value, but the gradient of a family would stretch a bond so that its point has lost, the point loses all bonds. */
 PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
 /* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
  * Energies grow like its square: exact where forces are linear. */
@@ -25338,6 +25339,11 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
 /* ======== >>solid/rigid.c ======== */
 /* rigid: see rigid.h */
 #include <math.h>
@@ -25470,6 +25476,17 @@ PDI_FN void pdi_rigid_remove(const pd_rigid *r, double *u)
 }
 
 #undef PDI_RIGID_ROUNDING
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>solid/scaffold.c ======== */
 /* scaffold: see scaffold.h */
@@ -25780,7 +25797,7 @@ PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
     for (int d = 0; d < PD_DIM; d++) parts /= wide;
     s.level[0].parts = (int32_t)parts + 1;
     bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
-    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= (double)PDI_SCAFFOLD_CORNERS) {
         pd_scaffold_level *level = &s.level[k];
         level->parts = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
@@ -25837,7 +25854,7 @@ static void pdi_scaffold_integrate(pdi_scaffold_element *e)
 {
     memset(e, 0, sizeof *e);
     for (int g = 0; g < PDI_SCAFFOLD_CORNERS; g++) {
-        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / PDI_SCAFFOLD_CORNERS;
+        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / (double)PDI_SCAFFOLD_CORNERS;
         for (int d = 0; d < PD_DIM; d++) at[d] = 0.5 + ((g >> d & 1) ? 0.5 : -0.5) / sqrt(3.0);
         for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
             for (int p = 0; p < PD_DIM; p++) slope[a][p] = pdi_scaffold_shape(a, at, p);
@@ -26068,6 +26085,9 @@ PDI_FN void pdi_scaffold_add(const pd_ctx *ctx, pd_scaffold *s, const double *f,
 
 #undef PDI_SCAFFOLD_BOXES
 #undef PDI_SCAFFOLD_SWEEPS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
@@ -26920,9 +26940,12 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
     return pdi_sum_total(&all);
 }
 
-/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]. */
+/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]; 0 without
+ * bonds. */
 static void pdi_elastic_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average, double *p)
 {
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) p[k] = 0.0;
+    if (!(e->total[i] > 0.0)) return;
     if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
     pdi_elastic_law(e, e->plastic.count ? average : h, p);
     for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
@@ -27053,7 +27076,7 @@ static double pdi_elastic_solid_normal(const void *self, int32_t i, const double
 {
     const pd_elastic *e = (const pd_elastic *)self;
     double stiff = pdi_elastic_stiff(e, i), relief = 0.0;
-    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0)) return 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->total[i] > 0.0)) return 0.0;
     if (e->plastic.count) relief = pdi_elastic_trace(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR);
     double trace = (pdi_elastic_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
     return stiff * (e->lambda * trace + relief);
@@ -27077,8 +27100,9 @@ static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double 
         int32_t count = pdi_band_collect(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
-            pdi_elastic_gradient(e, &sums, e->band.first[k] + n, n, h, average);
-            pdi_plastic_commit(&e->plastic, e->band.first[k] + n, average);
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            if (e->total[i] > 0.0) pdi_plastic_commit(&e->plastic, i, average);
         }
     }
     return PD_OK;
@@ -27156,6 +27180,8 @@ pd_solid pd_elastic_solid(pd_elastic *e)
 #include <math.h>
 #include <string.h>
 
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots over the largest entry. */
+#define PDI_CRITERION_FLAT 1e-6
 /* Bonds whose measures differ by this share break together: mirror images do. */
 #define PDI_CRITERION_TIE 1e-9
 
@@ -27287,14 +27313,90 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
 
 /* ---- what breaks ---- */
 
+/* What breaks, by the largest measure. */
+static double pdi_criterion_from(const pd_criterion *c, double most, double eager)
+{
+    return fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+}
+
+/* Gradient h of the displacements of the intact bonds of point i. 0: they span no space. */
+static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_t i, double *h)
+{
+    const pd_body *body = c->solid.body;
+    double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
+    double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (body->broken[b]) continue;
+        pdi_criterion_bond(c, u, i, b, xi, eta);
+        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[body->column[b]];
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
+            moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, shape) > PDI_CRITERION_FLAT)) return 0;
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            h[p * PD_DIM + q] = 0.0;
+            for (int r = 0; r < PD_DIM; r++) h[p * PD_DIM + q] += moved[p * PD_DIM + r] * shape[r * PD_DIM + q];
+        }
+    return 1;
+}
+
+/* The most by which the gradient of the family of point i stretches a bond that it has lost; 0: none. */
+static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid.body;
+    double h[PD_DIM * PD_DIM], xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length, most = 0.0;
+    int64_t intact = pdi_body_intact(body, i);
+    if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
+    if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (!body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int p = 0; p < PD_DIM; p++) {
+            eta[p] = 0.0;
+            for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
+        }
+        most = fmax(most, pdi_body_strain(xi, eta, y, &r, &length));
+    }
+    return most;
+}
+
+/* A family takes its gradient from the bonds that it has left. Where that gradient would break a bond again that the
+ * point has lost, no bond is left to feel it, and the point comes off. */
+static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+{
+    pd_body *body = c->solid.body;
+    int64_t broken = 0;
+    double most = 0.0;
+    int nt = pdi_par_threads(ctx, body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) c->most[i] = pdi_criterion_blind(c, u, i);
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    if (!(most > c->critical)) return 0;
+    double from = pdi_criterion_from(c, most, eager);
+    for (int32_t i = 0; i < body->count; i++) {
+        for (int64_t b = body->row[i]; b < body->row[i + 1] && c->most[i] >= from; b++) {
+            if (body->broken[b] || (c->desc.spared && c->desc.spared[body->column[b]])) continue;
+            body->broken[b] = 1;
+            body->broken[pdi_body_back(body, i, body->column[b])] = 1;
+            broken++;
+        }
+    }
+    return broken;
+}
+
 int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
     int64_t broken = 0;
     if (!(c->critical > 0.0)) return 0;
     double most = pdi_criterion_look(ctx, c, u, pdi_criterion_measure);
-    if (!(most > c->critical)) return 0;
-    double from = fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    if (!(most > c->critical))
+        return c->desc.kind == PD_CRITERION_STRETCH && c->solid.stress ? pdi_criterion_fail(ctx, c, u, eager) : 0;
+    double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
@@ -27370,6 +27472,7 @@ void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
 }
 
 #undef PDI_CRITERION_TIE
+#undef PDI_CRITERION_FLAT
 
 /* ======== >>solid/equilibrium.c ======== */
 /* equilibrium: see equilibrium.h */
@@ -28055,7 +28158,8 @@ static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t
         if (status != PD_OK) return status;
     }
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
-                    "not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
+                    "not come to rest in %d rounds, as where the %s material beside it flows without end", t,
+                    PDI_QUASI_STATIC_AGAIN, q->solid.name);
 }
 
 /* The balance at that part of the step, bonds that break, and again until none does. PD_RETRY: not found; u, load and
@@ -30188,6 +30292,11 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
 /* ======== >>solid/finite_law.c ======== */
 /* finite_law: see finite_law.h */
 #include <math.h>
@@ -30597,6 +30706,17 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 #undef PDI_FINITE_LAW_SWEEPS
 #undef PDI_FINITE_LAW_LEFT
 #undef PDI_FINITE_LAW_NEAR
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>solid/finite.c ======== */
 /* finite: see finite.h */
@@ -31234,6 +31354,9 @@ pd_solid pd_finite_solid(pd_finite *f)
 
 #undef PDI_FINITE_FLAT
 #undef PDI_FINITE_WORK
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
@@ -34460,6 +34583,11 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #include <math.h>
 #include <string.h>
 
+/* Strains that are not small: one that is off by a tenth of itself, since Green's strain has half of its square more,
+ * and flow by as much as the metal is long. */
+#define PDI_STRUCTURE_STRAIN 0.2
+#define PDI_STRUCTURE_SLIP 1.0
+
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
@@ -34551,6 +34679,13 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
 }
 
+static int pdi_structure_bears(const pd_structure *s)
+{
+    for (int32_t i = 0; i < s->count; i++)
+        if (s->elastic.total[i] > 0.0) return 1;
+    return 0;
+}
+
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -34567,6 +34702,9 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
     PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    if (!pdi_structure_bears(s))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
+                        "along all directions; choose a smaller h");
     for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
     rest.held = s->held;
     rest.load = desc->load;
@@ -34608,6 +34746,21 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
         s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
     s->seen = s->rest.solves;
+}
+
+/* Strains have to be small. */
+static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
+{
+    double young = s->desc.elastic.young, x[PD_DIM];
+    for (int32_t i = 0; i < s->count; i++) {
+        double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
+        double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
+                        "strain of %g at t = %g s: expected small strains", x[0], strain, slip, s->rest.time);
+    }
+    return PD_OK;
 }
 
 static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
@@ -34653,6 +34806,7 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
     if (status < 0) return status;
     if (s->seen != s->rest.solves) {
         pdi_structure_stress(ctx, s);
+        PDI_TRY(pdi_structure_small(ctx, s));
         PDI_TRY(pdi_structure_pace(ctx, s));
     }
     return status;
@@ -34708,6 +34862,9 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
     p.store = pdi_structure_store;
     return p;
 }
+
+#undef PDI_STRUCTURE_STRAIN
+#undef PDI_STRUCTURE_SLIP
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -43812,6 +43969,8 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     pd_setup_body *b = &s->setup->metal_body;
     int plane = 0, influence;
     PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (b->young < 1e-30)
+        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
     if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
     if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
     b->plane = (pd_plane)plane;
@@ -43823,6 +43982,9 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    if (b->yield > 0.0 && b->yield < 1e3 * b->rtol * b->young)
+        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found %g Pa, expected 0 or at least 1000 rtol E = "
+                               "%g Pa: balances are no finer", b->yield, 1e3 * b->rtol * b->young);
     if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
     if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
@@ -46582,6 +46744,8 @@ PDI_FN double pdi_wall_held(void *user, const double *x)
 #include <math.h>
 #include <string.h>
 
+/* A displacement that is smaller counts as none: squares of it underflow. */
+#define PDI_GRIP_NONE 1e-100 /* [m] */
 /* Loads that sum up to the force of a traction but for this share are taken as they are. */
 #define PDI_GRIP_EXACT 1e-9
 /* Least share of the metal of a side that may bear its traction. */
@@ -46606,39 +46770,8 @@ static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
 }
 
-/* Rows beside a side whose bonds feel the end of the body: two horizons, or a quarter of the box. */
-static int pdi_grip_depth(const pd_grips *g, int side)
-{
-    int reach = 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1), quarter = g->structure->grid->n[side / 2] / 4;
-    return reach < quarter ? reach : quarter > 1 ? quarter : 1;
-}
-
-PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
-{
-    const pd_setup_body *b = &setup->metal_body;
-    memset(g, 0, sizeof *g);
-    g->setup = setup;
-    g->structure = structure;
-    for (int k = 0; k < b->grips; k++) {
-        const pd_setup_grip *grip = &b->grip[k];
-        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
-        int32_t held = 0;
-        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g, grip->side);
-        for (int32_t i = 0; i < structure->count; i++) {
-            if (!pdi_grip_holds(g, k, i)) continue;
-            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
-            for (int d = 0; d < PD_DIM; d++)
-                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
-        }
-        g->area[k] = face * held;
-        if (held) continue;
-        if (grip->side >= 0)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
-                            "loads", pdi_setup_side_name(grip->side));
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
-    }
-    return PD_OK;
-}
+/* Rows beside a side whose bonds feel the end of the body: two horizons. */
+static int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
 
 /* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
 static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
@@ -46652,6 +46785,60 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
+/* 1: the two rows behind those that side `side` holds along axis d are free on the line of point i. */
+static int pdi_grip_free(const pd_grips *g, int k, int32_t i, int d)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side;
+    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
+    return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
+}
+
+/* A side moves its face by the strain of free rows: there have to be some. */
+static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_structure *s = g->structure;
+    for (int d = 0; d < PD_DIM && grip->side >= 0; d++) {
+        int found = !grip->moves[d];
+        for (int32_t i = 0; i < s->count && !found; i++)
+            found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
+        if (!found)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "the side %s holds %d rows of nodes, two horizons, and no "
+                            "line of metal has two more that are free behind them: choose a smaller h, or a grip",
+                            pdi_setup_side_name(grip->side), g->rows[k]);
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+{
+    const pd_setup_body *b = &setup->metal_body;
+    memset(g, 0, sizeof *g);
+    g->setup = setup;
+    g->structure = structure;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
+        int32_t held = 0;
+        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g);
+        for (int32_t i = 0; i < structure->count; i++) {
+            if (!pdi_grip_holds(g, k, i)) continue;
+            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
+            for (int d = 0; d < PD_DIM; d++)
+                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+        }
+        g->area[k] = face * held;
+        if (held) continue;
+        if (grip->side >= 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
+                            "loads", pdi_setup_side_name(grip->side));
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
+    }
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_leads(ctx, g, k));
+    return PD_OK;
+}
+
 static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
 {
     if (fabs(value) < 1e100) return PD_OK;
@@ -46662,11 +46849,9 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
 /* By how much point i, which side `side` holds, moves more than the face along axis d. */
 static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
-    const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
+    if (!pdi_grip_free(g, k, i, d)) return 0.0;
     int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
-    if (first < 0 || next < 0 || s->held[(int64_t)first * PD_DIM + d] || s->held[(int64_t)next * PD_DIM + d])
-        return 0.0;
     return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
 }
 
@@ -46685,6 +46870,7 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
             PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            if (fabs(value) < PDI_GRIP_NONE) value = 0.0;
             u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
     }
@@ -46776,6 +46962,7 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
     return pdi_expr_eval(&u->metal_body.pace, vars);
 }
 
+#undef PDI_GRIP_NONE
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST
 

@@ -72,6 +72,14 @@ spoil "cut of no length" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 0 um, 0 
 spoil "contours too close" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um, 0 um   contours = 0 um, 9 um, \
 99 um\n[run]/" "bad.scene:10: contours: found 0 and 9e-06 m, expected growing radii a horizon m h or more apart, here \
 2e-05 m"
+spoil "metal too thin for its grips" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -20 um/" \
+    "bad.scene:8: grip: the side y- holds 4 rows of nodes, two horizons, and no line of metal has two more that are \
+free behind them: choose a smaller h, or a grip"
+spoil "metal too thin to bear" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um .. -50 um/" \
+    "bad.scene:8: structure: the metal is too thin to bear loads: no node has bonds along all directions; choose a \
+smaller h"
+spoil "yield below the balance" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 1 Pa/" \
+    "bad.scene:8: yield: found 1 Pa, expected 0 or at least 1000 rtol E = 450000 Pa: balances are no finer"
 spoil "toughness" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2/" \
     "bad.scene:8: found the unknown key 'toughness' in [solid], expected one of E, nu, plane, m, influence, yield, \
 hardening, stretch, force, speed_factor, rtol"

@@ -95,11 +95,12 @@
     "  points = 9  fields = u, broken\n"
 #define SOLID_BREAKS \
     "[grid] h = 1 um  box = -12 um .. 4 um" ACROSS("-4 um .. 4 um") "\n[shape bar] box = -12 um .. 4 um" \
-    ACROSS("-4 um .. 4 um") "  kind = solid\n[solid] E = 45 GPa  nu = 0.3  stretch = 2e-3  yield = 100 MPa" \
+    ACROSS("-4 um .. 4 um") "  kind = solid\n[solid] E = 45 GPa  nu = 0.3  m = 1  stretch = 2e-3  yield = 100 MPa" \
     "  hardening = 1 GPa\n[run] until = 1 s  max_step = 0.25 s\n" BREAKS("0.014 um * t / (1 s)")
 #define SOLID_DISSOLVES \
     METAL "[corrode] control = activation  rate = 1 um/s  Cs = 143 mol/L  Csat = 5.1 mol/L\n[solid] E = 190 GPa" \
-    "  nu = 0.3  stretch = 2e-3  speed_factor = exp(sigma_h / (1 GPa))\n[run] until = 0.5 s  max_step = 0.1 s\n" \
+    "  nu = 0.3  m = 1  stretch = 2e-3  speed_factor = exp(sigma_h / (1 GPa))\n" \
+    "[run] until = 0.5 s  max_step = 0.1 s\n" \
     BREAKS("0.04 um * t / (1 s)")
 
 static const struct {

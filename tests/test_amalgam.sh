@@ -116,10 +116,10 @@ printf 'cut NO_CELLAR: cellar\n' >> src/MODULES
 check "a cut below what stays" refuses 'NO_CELLAR leaves out cellar/low, which attic/high uses'
 fresh
 printf 'cut NO_SHED: shed\n' >> src/MODULES
-check "a cut of no room" refuses 'shed is no room that stands before'
+check "a cut of no room" refuses 'shed is no room or module that stands before'
 fresh
 printf 'cut NO_LOW: low\n' >> src/MODULES
-check "a cut of a module" refuses 'low is no room that stands before'
+check "a cut of a module" refuses 'low is no room or module that stands before'
 fresh
 printf 'cold 1: shed\n' >> src/MODULES
 check "a level of nothing" refuses 'shed is no room or module'

@@ -124,6 +124,26 @@ TEST(gutman)
     end(loaded);
 }
 
+/* A bar that is stretched everywhere beyond the critical stretch bears nothing: the bonds across, which are not
+ * stretched, do not hold it. All that was stored is released. */
+TEST(torn)
+{
+    scene_case *c = run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "  stretch = 1e-3\n[side x-] ux = 0 um\n"
+                        "[side y-] uy = 0 um\n"
+                        AROUND "[side x+] ux = 0.1 um\n");
+    double force[PD_DIM];
+    if (!c) return;
+    const pd_quasi_static *rest = &c->model.structure.rest;
+    for (int k = 0; k < c->setup.metal_body.grips; k++) {
+        pdi_grip_reaction(&c->model.grips, k, force);
+        CHECK(fabs(force[0]) <= 1e-9 * 200e9 * 5e-3 * 10e-6 * DEPTH);
+    }
+    NOTE("torn: %.0f bonds, %.6g of %.6g J released", (double)rest->broken, rest->released, rest->work);
+    CHECK(rest->stored <= 1e-9 * rest->work);
+    CHECK_REL(rest->released, rest->work, 1e-6);
+    end(c);
+}
+
 /* A bar that has flowed bears the stress of flow on the section that is left, 2/sqrt(3) of it in plane strain. */
 TEST(thinning)
 {
@@ -168,4 +188,5 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(refused))
+TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
+          ENTRY(refused))

@@ -4,6 +4,11 @@
 #include <math.h>
 #include <string.h>
 
+/* Strains that are not small: one that is off by a tenth of itself, since Green's strain has half of its square more,
+ * and flow by as much as the metal is long. */
+#define PDI_STRUCTURE_STRAIN 0.2
+#define PDI_STRUCTURE_SLIP 1.0
+
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
@@ -95,6 +100,13 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
 }
 
+static int pdi_structure_bears(const pd_structure *s)
+{
+    for (int32_t i = 0; i < s->count; i++)
+        if (s->elastic.total[i] > 0.0) return 1;
+    return 0;
+}
+
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -111,6 +123,9 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
     PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    if (!pdi_structure_bears(s))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
+                        "along all directions; choose a smaller h");
     for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
     rest.held = s->held;
     rest.load = desc->load;
@@ -152,6 +167,21 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
         s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
     s->seen = s->rest.solves;
+}
+
+/* Strains have to be small. */
+static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
+{
+    double young = s->desc.elastic.young, x[PD_DIM];
+    for (int32_t i = 0; i < s->count; i++) {
+        double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
+        double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
+                        "strain of %g at t = %g s: expected small strains", x[0], strain, slip, s->rest.time);
+    }
+    return PD_OK;
 }
 
 static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
@@ -197,6 +227,7 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
     if (status < 0) return status;
     if (s->seen != s->rest.solves) {
         pdi_structure_stress(ctx, s);
+        PDI_TRY(pdi_structure_small(ctx, s));
         PDI_TRY(pdi_structure_pace(ctx, s));
     }
     return status;
@@ -252,3 +283,6 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
     p.store = pdi_structure_store;
     return p;
 }
+
+#undef PDI_STRUCTURE_STRAIN
+#undef PDI_STRUCTURE_SLIP

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+/* A displacement that is smaller counts as none: squares of it underflow. */
+#define PDI_GRIP_NONE 1e-100 /* [m] */
 /* Loads that sum up to the force of a traction but for this share are taken as they are. */
 #define PDI_GRIP_EXACT 1e-9
 /* Least share of the metal of a side that may bear its traction. */
@@ -27,39 +29,8 @@ static int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     return pd_shape_distance(g->setup->shape, grip->shape, x) <= 0.0;
 }
 
-/* Rows beside a side whose bonds feel the end of the body: two horizons, or a quarter of the box. */
-static int pdi_grip_depth(const pd_grips *g, int side)
-{
-    int reach = 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1), quarter = g->structure->grid->n[side / 2] / 4;
-    return reach < quarter ? reach : quarter > 1 ? quarter : 1;
-}
-
-PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
-{
-    const pd_setup_body *b = &setup->metal_body;
-    memset(g, 0, sizeof *g);
-    g->setup = setup;
-    g->structure = structure;
-    for (int k = 0; k < b->grips; k++) {
-        const pd_setup_grip *grip = &b->grip[k];
-        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
-        int32_t held = 0;
-        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g, grip->side);
-        for (int32_t i = 0; i < structure->count; i++) {
-            if (!pdi_grip_holds(g, k, i)) continue;
-            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
-            for (int d = 0; d < PD_DIM; d++)
-                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
-        }
-        g->area[k] = face * held;
-        if (held) continue;
-        if (grip->side >= 0)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
-                            "loads", pdi_setup_side_name(grip->side));
-        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
-    }
-    return PD_OK;
-}
+/* Rows beside a side whose bonds feel the end of the body: two horizons. */
+static int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
 
 /* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
 static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
@@ -73,6 +44,60 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
+/* 1: the two rows behind those that side `side` holds along axis d are free on the line of point i. */
+static int pdi_grip_free(const pd_grips *g, int k, int32_t i, int d)
+{
+    const pd_structure *s = g->structure;
+    int side = g->setup->metal_body.grip[k].side;
+    int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
+    return first >= 0 && next >= 0 && !s->held[(int64_t)first * PD_DIM + d] && !s->held[(int64_t)next * PD_DIM + d];
+}
+
+/* A side moves its face by the strain of free rows: there have to be some. */
+static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
+{
+    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_structure *s = g->structure;
+    for (int d = 0; d < PD_DIM && grip->side >= 0; d++) {
+        int found = !grip->moves[d];
+        for (int32_t i = 0; i < s->count && !found; i++)
+            found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
+        if (!found)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "the side %s holds %d rows of nodes, two horizons, and no "
+                            "line of metal has two more that are free behind them: choose a smaller h, or a grip",
+                            pdi_setup_side_name(grip->side), g->rows[k]);
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+{
+    const pd_setup_body *b = &setup->metal_body;
+    memset(g, 0, sizeof *g);
+    g->setup = setup;
+    g->structure = structure;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
+        int32_t held = 0;
+        if (grip->side >= 0) g->rows[k] = pdi_grip_depth(g);
+        for (int32_t i = 0; i < structure->count; i++) {
+            if (!pdi_grip_holds(g, k, i)) continue;
+            held += grip->side < 0 || pdi_grip_row(g, i, grip->side) == 0;
+            for (int d = 0; d < PD_DIM; d++)
+                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+        }
+        g->area[k] = face * held;
+        if (held) continue;
+        if (grip->side >= 0)
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
+                            "loads", pdi_setup_side_name(grip->side));
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
+    }
+    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_grip_leads(ctx, g, k));
+    return PD_OK;
+}
+
 static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, double t)
 {
     if (fabs(value) < 1e100) return PD_OK;
@@ -83,11 +108,9 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
 /* By how much point i, which side `side` holds, moves more than the face along axis d. */
 static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
-    const pd_structure *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
+    if (!pdi_grip_free(g, k, i, d)) return 0.0;
     int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
-    if (first < 0 || next < 0 || s->held[(int64_t)first * PD_DIM + d] || s->held[(int64_t)next * PD_DIM + d])
-        return 0.0;
     return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
 }
 
@@ -106,6 +129,7 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
             if (!grip->moves[d]) continue;
             double value = pdi_setup_eval(&grip->move[d], x, t);
             PDI_TRY(pdi_grip_finite(ctx, value, x, t));
+            if (fabs(value) < PDI_GRIP_NONE) value = 0.0;
             u[(int64_t)i * PD_DIM + d] = value + (grip->side >= 0 ? pdi_grip_beyond(g, k, i, d, u) : 0.0);
         }
     }
@@ -197,5 +221,6 @@ PDI_FN double pdi_grip_pace(void *user, const pd_structure_at *at)
     return pdi_expr_eval(&u->metal_body.pace, vars);
 }
 
+#undef PDI_GRIP_NONE
 #undef PDI_GRIP_EXACT
 #undef PDI_GRIP_LEAST

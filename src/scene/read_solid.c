@@ -122,6 +122,8 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     pd_setup_body *b = &s->setup->metal_body;
     int plane = 0, influence;
     PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (b->young < 1e-30)
+        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
     if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
     if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
     b->plane = (pd_plane)plane;
@@ -133,6 +135,9 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    if (b->yield > 0.0 && b->yield < 1e3 * b->rtol * b->young)
+        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found %g Pa, expected 0 or at least 1000 rtol E = "
+                               "%g Pa: balances are no finer", b->yield, 1e3 * b->rtol * b->young);
     if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
     if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");

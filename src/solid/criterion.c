@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots over the largest entry. */
+#define PDI_CRITERION_FLAT 1e-6
 /* Bonds whose measures differ by this share break together: mirror images do. */
 #define PDI_CRITERION_TIE 1e-9
 
@@ -136,14 +138,90 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
 
 /* ---- what breaks ---- */
 
+/* What breaks, by the largest measure. */
+static double pdi_criterion_from(const pd_criterion *c, double most, double eager)
+{
+    return fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+}
+
+/* Gradient h of the displacements of the intact bonds of point i. 0: they span no space. */
+static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_t i, double *h)
+{
+    const pd_body *body = c->solid.body;
+    double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
+    double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (body->broken[b]) continue;
+        pdi_criterion_bond(c, u, i, b, xi, eta);
+        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[body->column[b]];
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) {
+            k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
+            moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
+        }
+    }
+    if (!(pdi_vec_invert(k, shape) > PDI_CRITERION_FLAT)) return 0;
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            h[p * PD_DIM + q] = 0.0;
+            for (int r = 0; r < PD_DIM; r++) h[p * PD_DIM + q] += moved[p * PD_DIM + r] * shape[r * PD_DIM + q];
+        }
+    return 1;
+}
+
+/* The most by which the gradient of the family of point i stretches a bond that it has lost; 0: none. */
+static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_t i)
+{
+    const pd_body *body = c->solid.body;
+    double h[PD_DIM * PD_DIM], xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length, most = 0.0;
+    int64_t intact = pdi_body_intact(body, i);
+    if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
+    if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        if (!body->broken[b]) continue;
+        pdi_body_bond(body, i, b, xi);
+        for (int p = 0; p < PD_DIM; p++) {
+            eta[p] = 0.0;
+            for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
+        }
+        most = fmax(most, pdi_body_strain(xi, eta, y, &r, &length));
+    }
+    return most;
+}
+
+/* A family takes its gradient from the bonds that it has left. Where that gradient would break a bond again that the
+ * point has lost, no bond is left to feel it, and the point comes off. */
+static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+{
+    pd_body *body = c->solid.body;
+    int64_t broken = 0;
+    double most = 0.0;
+    int nt = pdi_par_threads(ctx, body->bonds);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) c->most[i] = pdi_criterion_blind(c, u, i);
+    for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
+    if (!(most > c->critical)) return 0;
+    double from = pdi_criterion_from(c, most, eager);
+    for (int32_t i = 0; i < body->count; i++) {
+        for (int64_t b = body->row[i]; b < body->row[i + 1] && c->most[i] >= from; b++) {
+            if (body->broken[b] || (c->desc.spared && c->desc.spared[body->column[b]])) continue;
+            body->broken[b] = 1;
+            body->broken[pdi_body_back(body, i, body->column[b])] = 1;
+            broken++;
+        }
+    }
+    return broken;
+}
+
 int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
     int64_t broken = 0;
     if (!(c->critical > 0.0)) return 0;
     double most = pdi_criterion_look(ctx, c, u, pdi_criterion_measure);
-    if (!(most > c->critical)) return 0;
-    double from = fmax(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    if (!(most > c->critical))
+        return c->desc.kind == PD_CRITERION_STRETCH && c->solid.stress ? pdi_criterion_fail(ctx, c, u, eager) : 0;
+    double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
@@ -219,3 +297,4 @@ void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
 }
 
 #undef PDI_CRITERION_TIE
+#undef PDI_CRITERION_FLAT

@@ -54,7 +54,8 @@ PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd
                                     pd_criterion *criterion);
 /* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
  * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
- * critical one. Returns how many. The material has to be updated then. */
+ * critical one. Returns how many. The material has to be updated then. Where no bond is stretched beyond the critical
+ * value, but the gradient of a family would stretch a bond so that its point has lost, the point loses all bonds. */
 PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
 /* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
  * Energies grow like its square: exact where forces are linear. */

@@ -414,9 +414,12 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
     return pdi_sum_total(&all);
 }
 
-/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]. */
+/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]; 0 without
+ * bonds. */
 static void pdi_elastic_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average, double *p)
 {
+    for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) p[k] = 0.0;
+    if (!(e->total[i] > 0.0)) return;
     if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
     pdi_elastic_law(e, e->plastic.count ? average : h, p);
     for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) {
@@ -547,7 +550,7 @@ static double pdi_elastic_solid_normal(const void *self, int32_t i, const double
 {
     const pd_elastic *e = (const pd_elastic *)self;
     double stiff = pdi_elastic_stiff(e, i), relief = 0.0;
-    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0)) return 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->total[i] > 0.0)) return 0.0;
     if (e->plastic.count) relief = pdi_elastic_trace(e->plastic.relief + (int64_t)i * PDI_ELASTIC_TENSOR);
     double trace = (pdi_elastic_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
     return stiff * (e->lambda * trace + relief);
@@ -571,8 +574,9 @@ static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double 
         int32_t count = pdi_band_collect(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
-            pdi_elastic_gradient(e, &sums, e->band.first[k] + n, n, h, average);
-            pdi_plastic_commit(&e->plastic, e->band.first[k] + n, average);
+            int32_t i = e->band.first[k] + n;
+            pdi_elastic_gradient(e, &sums, i, n, h, average);
+            if (e->total[i] > 0.0) pdi_plastic_commit(&e->plastic, i, average);
         }
     }
     return PD_OK;

@@ -280,7 +280,8 @@ static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t
         if (status != PD_OK) return status;
     }
     return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
-                    "not come to rest in %d rounds", t, PDI_QUASI_STATIC_AGAIN);
+                    "not come to rest in %d rounds, as where the %s material beside it flows without end", t,
+                    PDI_QUASI_STATIC_AGAIN, q->solid.name);
 }
 
 /* The balance at that part of the step, bonds that break, and again until none does. PD_RETRY: not found; u, load and

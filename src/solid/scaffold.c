@@ -309,7 +309,7 @@ PDI_FN double pdi_scaffold_bytes(int32_t count, double wide)
     for (int d = 0; d < PD_DIM; d++) parts /= wide;
     s.level[0].parts = (int32_t)parts + 1;
     bytes = (double)(pdi_owner_bytes(pdi_scaffold_list, &s) + pdi_owner_bytes(pdi_scaffold_part_list, &s));
-    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= PDI_SCAFFOLD_CORNERS) {
+    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= (double)PDI_SCAFFOLD_CORNERS) {
         pd_scaffold_level *level = &s.level[k];
         level->parts = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
@@ -366,7 +366,7 @@ static void pdi_scaffold_integrate(pdi_scaffold_element *e)
 {
     memset(e, 0, sizeof *e);
     for (int g = 0; g < PDI_SCAFFOLD_CORNERS; g++) {
-        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / PDI_SCAFFOLD_CORNERS;
+        double at[PD_DIM], slope[PDI_SCAFFOLD_CORNERS][PD_DIM], share = 1.0 / (double)PDI_SCAFFOLD_CORNERS;
         for (int d = 0; d < PD_DIM; d++) at[d] = 0.5 + ((g >> d & 1) ? 0.5 : -0.5) / sqrt(3.0);
         for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++)
             for (int p = 0; p < PD_DIM; p++) slope[a][p] = pdi_scaffold_shape(a, at, p);
