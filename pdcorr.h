@@ -46,6 +46,7 @@
  *     area       interface area of lattice bonds (Cauchy-Crofton on a lattice).
  *     stencil    the family of an interior node of a uniform lattice and its calibrated weights.
  *     grid       the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
+ *     path       the bonds of a stencil on a grid, as shifts of node ids, and the cells that their straight lines pass.
  *     span       of each lattice line along axis 0, the run of nodes that holds fluid or may come to hold it.
  *     ghost      fills the ghosts that stand for fluid nodes: images behind periodic and mirror sides, and outlets.
  *     axisym     the weights of bonds on an axisymmetric lattice, whose nodes are rings around the axis r = 0.
@@ -939,7 +940,7 @@ PD_API void pd_stencil_free(pd_ctx *ctx, pd_stencil *stencil);
 /* grid: the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *
  * Nodes are cell centres: x_a = lo_a + (i_a + 1/2) h_a, axis 0 fastest in memory. Ghost layers, as deep as the
- * stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
+ * longest stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
  */
 #ifndef PD_GRID_H
 #define PD_GRID_H
@@ -972,6 +973,7 @@ typedef struct pd_grid_desc {
     const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
+    int ghost;                     /* layers of ghosts at least; 0: as deep as the stencil reaches */
     pd_entry_fn entry;             /* on sides that are inlet or outlet, says which, place by place; NULL: as `side`
                                     * says */
     void *entry_user;
@@ -1060,6 +1062,34 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
 PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
 /* Open: bonds between open nodes carry fluxes (fluid, inlet, outlet, image). */
 static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
+#endif
+
+#endif
+
+/* ======== >>lattice/path.h ======== */
+/* path: the bonds of a stencil on a grid, as shifts of node ids, and the cells that their straight lines pass.
+ *
+ * Fluid and metal may have horizons of their own on one grid: each has its stencil and its paths, and the ghosts are
+ * as deep as the longest of them.
+ */
+#ifndef PD_PATH_H
+#define PD_PATH_H
+
+typedef struct pd_paths {
+    const pd_stencil *stencil;
+    const pd_grid *grid;
+    int words;           /* of a mask of bits, one a bond */
+    int32_t *shift;      /* [count] node id of the far end minus that of the node */
+    int32_t *cell_shift; /* [cells of the stencil] the same for the cells that bonds pass */
+} pd_paths;
+
+#ifdef PDI_INTERNAL
+/* Grid and stencil are borrowed. PD_ERR_ARGUMENT: the ghosts of the grid are fewer than the stencil reaches, or its
+ * spacings are others. */
+PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_paths *paths);
+PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths);
+/* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
+PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k);
 #endif
 
 #endif
@@ -1199,9 +1229,8 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     pd_spans spans;      /* of the grid */
     int options;         /* pd_bonds_options */
-    int32_t *shift;      /* [count] node id of the far end minus that of the node */
-    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
-    int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    pd_paths paths;      /* of the stencil on the grid */
+    int32_t *line_shift; /* [lines of the stencil] node id on a line minus that of the node at its middle */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
@@ -1209,9 +1238,8 @@ typedef struct pd_bonds {
     uint32_t *renewed;   /* [total] version in which the kind of the node or its bonds were renewed; 0: none so far */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
-    int words;           /* of a mask */
     int32_t *node;       /* [capacity] */
-    uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
+    uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
@@ -1313,8 +1341,8 @@ static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row
  * the same with their part of wall_curv. */
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
                                  double *motion, double *curved);
-/* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
-PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* Fraction t at which the cut bond k of a node meets the surface, and the place x [m]. */
+PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x);
 /* The place x [m] where cut bond k of a row meets the surface, and the normal towards the fluid; the closed node behind
  * it, or -1 where the line only grazes the cells of a smooth surface. */
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
@@ -1331,8 +1359,6 @@ typedef struct pdi_bond_end {
     int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
 } pdi_bond_end;
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
-/* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
-PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
 
 #endif
@@ -5300,23 +5326,23 @@ typedef struct pdi_entry {
 } pdi_entry;
 
 /* Node at the far end of bond k of node i, or that which a ghost there stands for. */
-static inline int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+static inline int32_t pdi_entry_far(const pd_paths *paths, int32_t i, int k)
 {
-    int32_t at = i + bonds->shift[k];
-    uint8_t kind = bonds->grid->kind[at];
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+    int32_t at = i + paths->shift[k];
+    uint8_t kind = paths->grid->kind[at];
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(paths->grid, at, NULL);
 }
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */
-PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);
+PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k);
 /* Where bond k of metal node j enters the fluid. */
-PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry);
+PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry);
 /* A vector at node e of an entry as the bond sees it, and the other way round. */
 PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
-PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis);
+PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
 /* How many nodes can ever lie within a bond of metal; work [total]. */
-PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
+PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work);
 
 #endif
 
@@ -5434,7 +5460,7 @@ typedef struct pd_dissolve_desc {
 typedef struct pd_dissolve {
     pd_dissolve_desc desc;
     pd_grid *grid;
-    const pd_bonds *bonds;
+    pd_paths paths;           /* of the metal's bonds */
     pd_transport *transport;  /* its array c holds the solid content too */
     pd_front kernel;          /* bonds: weights across the front */
     const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
@@ -5558,7 +5584,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     if (!d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
@@ -5609,8 +5635,8 @@ typedef struct pdi_reach {
 static inline pdi_reach pdi_reach_of(const pd_dissolve *d, int32_t j)
 {
     pdi_reach r;
-    r.words = d->bonds->words - 1;
-    r.word = d->reach + (int64_t)d->slot[j] * d->bonds->words;
+    r.words = d->paths.words - 1;
+    r.word = d->reach + (int64_t)d->slot[j] * d->paths.words;
     r.bits = *r.word;
     r.base = r.bond = 0;
     return r;
@@ -5771,8 +5797,10 @@ PDI_FN double pdi_damage_last(uint64_t seed, int32_t node, int bonds);
 #define pd_dissolve_process PD_NAME(pd_dissolve_process)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
-/* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
-PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+/* Fills the solid nodes of transport->c with Cs. The stencil, borrowed, is that of the bonds of the metal; its horizon
+ * may differ from that of the transport. PD_ERR_ARGUMENT: solid not positive, threshold out of range; a surface rate
+ * with a horizon shorter than that of the transport; bonds that reach farther than the ghosts of the grid. */
+PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
 /* Transport together with the metal, one implicit system, as a process. A step is as long as no solid node loses more
  * than a set fraction and the error in time of what is lost allows. What a law knows of time holds at the middle of the
@@ -5841,10 +5869,11 @@ PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, 
                              int index, pd_measure_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
  * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces as those nodes see them, by the
- * area weights (theory: eq. 6.3); where a closed side meets them, a part of a cell is missed. axis -1: one value each;
- * otherwise [n of that axis], one for each layer of cells. */
-PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_transport *transport, const pd_dissolve *dissolve,
-                                const double *lo, const double *hi, int axis, double *flux, double *area);
+ * area weights (theory: eq. 6.3) of `paths`, the better the wider their stencil; where a closed side meets them, a part
+ * of a cell is missed. axis -1: one value each; otherwise [n of that axis], one for each layer of cells. */
+PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *transport,
+                                const pd_dissolve *dissolve, const double *lo, const double *hi, int axis, double *flux,
+                                double *area);
 /* What the nodes between lo and hi [m] hold. c [total]: concentration of fluid nodes; metal [total]: contents of solid
  * nodes, [mol/m3] both; these and flow may be NULL, their figures are 0 then. */
 PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
@@ -7349,7 +7378,8 @@ typedef struct pd_setup {
     int threads;               /* 0: all */
     unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
-    double m;                          /* [-] horizon ratio */
+    double m;                          /* [-] horizon over the spacing, of the fluid */
+    double metal_m;                    /* [-] of the bonds across the surface of metal */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
@@ -7459,6 +7489,10 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
+/* 1: something asks for the area of surfaces: metal that goes, boundaries of grains, transfer from walls. */
+PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
+/* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
+PDI_FN int pdi_setup_layers(const pd_setup *setup);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
@@ -7682,6 +7716,8 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
+/* The horizon of its bonds; that of the fluid is known. */
+PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s);
 /* [dissolve], the surface rate. */
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s);
 /* [corrode], bond-based corrosion. */
@@ -7987,8 +8023,10 @@ typedef struct pd_model {
     const pd_setup *setup;
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
+    pd_stencil across;        /* of bonds across surfaces */
     pd_grid grid;
     pd_bonds bonds;
+    pd_paths paths;           /* of `across`; both absent when nothing asks for surfaces */
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
@@ -11159,7 +11197,7 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
-    grid->ghost = stencil->reach;
+    grid->ghost = desc->ghost > stencil->reach ? desc->ghost : stencil->reach;
     for (int d = 0; d < PD_DIM; d++) {
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
@@ -11197,16 +11235,16 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
 }
 
 /* The circumferences of the rows; what would not conserve is refused. */
-static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
     if (PD_DIM != 2)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
                         PD_DIM);
-    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+    if (!at_axis && !(grid->lo[r] >= grid->ghost * grid->h[r]))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
-                        stencil->reach * grid->h[r]);
+                        grid->ghost * grid->h[r]);
     if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
                         (int)grid->side[2 * r]);
@@ -11244,7 +11282,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "solid and wall point into shapes, which is NULL: an array of shapes is expected");
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
-    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
     grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
@@ -11380,6 +11418,61 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
 #endif
+
+/* ======== >>lattice/path.c ======== */
+/* path: see path.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k)
+{
+    const pd_stencil *s = paths->stencil;
+    const uint8_t *kind = paths->grid->kind;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int closed = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
+            closed = !pdi_grid_open(kind[node + paths->cell_shift[c]]);
+        if (closed) return g;
+    }
+    return -1;
+}
+
+PDI_COLD_BEGIN
+static void pdi_path_list(pdi_owner *owner, void *object)
+{
+    pd_paths *paths = (pd_paths *)object;
+    if (!paths->stencil) return;
+    PDI_ARRAY(owner, paths, shift, paths->stencil->count, "1");
+    PDI_ARRAY(owner, paths, cell_shift, paths->stencil->cells, "1");
+}
+
+PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pd_paths *paths)
+{
+    memset(paths, 0, sizeof *paths);
+    if (s->reach > grid->ghost)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds reach over %d cells, the grid has %d layers of ghosts",
+                        s->reach, grid->ghost);
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(s->h[d] - grid->h[d]) > 1e-12 * grid->h[d])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds for a spacing of %g m, the grid has %g m on axis %d",
+                            s->h[d], grid->h[d], d);
+    paths->stencil = s;
+    paths->grid = grid;
+    paths->words = (s->count + 31) / 32;
+    PDI_TRY(pdi_owner_build(ctx, pdi_path_list, paths));
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) paths->shift[k] += s->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int c = 0; c < s->cells; c++)
+        for (int d = 0; d < PD_DIM; d++) paths->cell_shift[c] += s->cell[c * PD_DIM + d] * grid->stride[d];
+    return PD_OK;
+}
+
+PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths)
+{
+    pdi_owner_free(ctx, pdi_path_list, paths);
+    memset(paths, 0, sizeof *paths);
+}
+PDI_COLD_END
 
 /* ======== >>lattice/span.c ======== */
 /* span: see span.h */
@@ -11858,19 +11951,6 @@ PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
-PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
-{
-    const pd_stencil *s = bonds->stencil;
-    const uint8_t *kind = bonds->grid->kind;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int closed = 1;
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
-            closed = !pdi_grid_open(kind[node + bonds->cell_shift[c]]);
-        if (closed) return g;
-    }
-    return -1;
-}
-
 /* Where a cut bond meets the surface. */
 typedef struct pdi_cut {
     double t;              /* fraction of the bond */
@@ -11883,13 +11963,13 @@ typedef struct pdi_cut {
 
 /* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
  * near side is open. */
-static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
-    const pd_stencil *s = bonds->stencil;
-    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = paths->stencil;
+    const pd_grid *grid = paths->grid;
     const int *n = s->offset + k * PD_DIM;
     int axes = s->group_axes[group], used = 0;
-    int32_t at = node + bonds->cell_shift[s->group_cell[group]];
+    int32_t at = node + paths->cell_shift[s->group_cell[group]];
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
     cut->distance = cut->mean = cut->bend = 0.0;
@@ -11917,13 +11997,13 @@ static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x,
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
-static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int k, int group)
+static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
 {
-    const pd_stencil *s = bonds->stencil;
-    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = paths->stencil;
+    const pd_grid *grid = paths->grid;
     double x[PD_DIM];
     for (int c = s->group_cell[s->group_first[k]]; c < s->group_cell[group]; c++) {
-        int32_t at = node + bonds->cell_shift[c];
+        int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
         if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
@@ -12057,17 +12137,17 @@ static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double 
     cut->bend -= round * reach * reach;
 }
 
-static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
-    const pd_grid *grid = bonds->grid;
-    const pd_stencil *s = bonds->stencil;
-    int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
+    const pd_grid *grid = paths->grid;
+    const pd_stencil *s = paths->stencil;
+    int32_t closed = node + paths->cell_shift[s->group_cell[group]];
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
-    pdi_bond_face_cut(bonds, node, k, group, cut);
+    pdi_bond_face_cut(paths, node, k, group, cut);
     pd_grid_position(grid, node, x);
     /* a tube that touches the box: its wall lies at or before the side */
-    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
+    if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
     if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
@@ -12095,7 +12175,7 @@ static int pdi_bond_invert(const double *norm, const double *moment, const doubl
 static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
-        uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
+        uint8_t kind = bonds->grid->kind[node + bonds->paths.shift[k]];
         if (kind != PD_FLUID && kind != PD_OUTLET && kind != PD_IMAGE) return 0;
     }
     return 1;
@@ -12117,13 +12197,12 @@ static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const 
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
-PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x)
+PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
 {
-    const double *xi = bonds->stencil->xi + k * PD_DIM;
-    int32_t node = bonds->node[row];
+    const double *xi = paths->stencil->xi + k * PD_DIM;
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
-    pd_grid_position(bonds->grid, node, x);
+    pdi_bond_cut(paths, node, k, pdi_path_closed_group(paths, node, k), &cut);
+    pd_grid_position(paths->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
     return cut.t;
 }
@@ -12131,9 +12210,9 @@ PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_bond_closed_group(bonds, node, k);
+    int group = pdi_path_closed_group(&bonds->paths, node, k);
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, group, &cut);
+    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, end->x);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
@@ -12143,7 +12222,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->t = cut.t;
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
-    end->cell = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
 }
@@ -12157,16 +12236,16 @@ PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const doubl
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_bond_closed_group(bonds, node, k);
-    int32_t closed = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    int group = pdi_path_closed_group(&bonds->paths, node, k);
+    int32_t closed = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, group, &cut);
+    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (cut.t > 1.0 + 1e-9) return -1;
-    if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
+    if (walled || shape < 0 || pdi_bond_receded(&bonds->paths, shape, node, k, group)) return closed;
     return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
@@ -12181,9 +12260,9 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
     for (int k = 0; k < s->count; k++) {
         pdi_cut cut;
         double lap = 0.0, curv = 0.0;
-        int group = pdi_bond_closed_group(bonds, node, k);
+        int group = pdi_path_closed_group(&bonds->paths, node, k);
         if (group < 0) continue;
-        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_cut(&bonds->paths, node, k, group, &cut);
         pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
@@ -12227,7 +12306,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
         int place = pdi_bond_leg(s, k);
         pdi_cut cut;
         if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+        pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
@@ -12257,15 +12336,15 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(norm, 0, sizeof norm);
-    for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
+    for (int w = 0; w < bonds->paths.words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
-        if (pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        if (pdi_path_closed_group(&bonds->paths, node, k) >= 0) continue;
         bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-        int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+        int inlet = grid->kind[node + bonds->paths.shift[k]] == PD_INLET;
         if (inlet) bonds->inlet[r] = 1;
         for (int i = 0; i < N; i++) {
             if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
@@ -12290,7 +12369,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     int64_t rows = bonds->capacity;
     PDI_ARRAY(owner, bonds, node, rows, "1");
-    PDI_ARRAY(owner, bonds, mask, rows * bonds->words, "1");
+    PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_AT_REST) return;
@@ -12324,7 +12403,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         pd_bonds old = *b;
         if (used) {
             memcpy(fresh.node, b->node, used * sizeof *b->node);
-            for (int w = 0; w < b->words; w++)
+            for (int w = 0; w < b->paths.words; w++)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
@@ -12358,7 +12437,7 @@ static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int32_t node = b->node[r];
-    for (int w = 0; w < b->words; w++) {
+    for (int w = 0; w < b->paths.words; w++) {
         uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
         mask[q] = keep;
@@ -12474,9 +12553,7 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     const pd_stencil *stencil = bonds->stencil;
     if (!stencil) return;
-    PDI_ARRAY(owner, bonds, shift, stencil->count, "1");
     PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
-    PDI_ARRAY(owner, bonds, cell_shift, stencil->cells, "1");
     PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
     PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
@@ -12488,20 +12565,16 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;
-    bonds->words = (stencil->count + 31) / 32;
     bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
+    PDI_TRY(pdi_path_build(ctx, stencil, grid, &bonds->paths));
     PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
     PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
     PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
-    for (int k = 0; k < stencil->count; k++)
-        for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
-    for (int c = 0; c < stencil->cells; c++)
-        for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
@@ -12564,9 +12637,9 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
                             (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
             if (!pdi_bond_open(b, r, k)) continue;
-            int32_t other = b->node[r] + b->shift[k];
+            int32_t other = b->node[r] + b->paths.shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
-            if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
+            if (pdi_path_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
                 return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
@@ -12583,6 +12656,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
     pdi_axisym_free(ctx, &b->axisym);
+    pdi_path_free(ctx, &b->paths);
     memset(b, 0, sizeof *b);
 }
 PDI_COLD_END
@@ -12797,7 +12871,7 @@ PDI_FN int pdi_boundary_any(const pd_grid *grid)
 static void pdi_boundary_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t row = bonds->row[i], j = i + bonds->shift[k];
+        int32_t row = bonds->row[i], j = i + bonds->paths.shift[k];
         int open = row < 0 || pdi_bond_open(bonds, row, k);
         far[k] = open && bonds->grid->kind[j] != PD_OUTLET ? j : i;
     }
@@ -12859,7 +12933,7 @@ static int pdi_boundary_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
 {
     int32_t row = bonds->row[i];
     for (int k = 0; k < bonds->stencil->count; k++)
-        if (bonds->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
+        if (bonds->grid->kind[i + bonds->paths.shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
     return 0;
 }
 
@@ -12868,7 +12942,7 @@ static int64_t pdi_boundary_spread(const pd_bonds *bonds, int32_t i, uint8_t *ma
 {
     int64_t found = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t j = i + bonds->shift[k];
+        int32_t j = i + bonds->paths.shift[k];
         if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
         if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(bonds->grid, j, NULL);
         if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;
@@ -12994,11 +13068,11 @@ static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i
             inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
         }
         if (!inside) continue;
-        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        uint8_t far_kind = grid->kind[node + bonds->paths.shift[k]];
         if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
         int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
         if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
-        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        if (!pdi_grid_open(far_kind) || pdi_path_closed_group(&bonds->paths, node, k) >= 0) continue;
         pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
     }
 }
@@ -13686,7 +13760,8 @@ static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i
     const pd_stencil *s = bonds->stencil;
     memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
+        int32_t shift = bonds->paths.shift[k];
+        const double *far = f + i + shift, *back = f + i - shift, *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
             for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
@@ -13702,11 +13777,11 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->paths.shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
-        if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
+        if (r >= bonds->plain && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
             double difference = which == PDI_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
             for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
@@ -13763,7 +13838,7 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->paths.shift[k];
             double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
             for (int b = 0; b < count; b++)
                 sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
@@ -13784,7 +13859,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i;
-            const double *far = u + w->bonds->shift[k], *back = u - w->bonds->shift[k];
+            const double *far = u + w->bonds->paths.shift[k], *back = u - w->bonds->paths.shift[k];
             double g = s->grad[k * PD_DIM + d];
             for (int b = 0; b < count; b++) sum[b] += g * (far[b] - back[b]);
         }
@@ -13814,7 +13889,7 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        const double *far = f + bonds->shift[k];
+        const double *far = f + bonds->paths.shift[k];
         double a = lap[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
@@ -13867,7 +13942,7 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
+        const double *far = f + bonds->paths.shift[k], *d_far = d + bonds->paths.shift[k];
         double a = lap[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
@@ -13971,14 +14046,14 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
     case PD_CSR_DIFFUSE: {
-        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->shift[k]]];
+        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->paths.shift[k]]];
         double lower = one < other ? one : other, upper = one < other ? other : one;
         weight = upper > 0.0 ? pdi_bond_lap(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0; /* eq. 5.2 */
         break;
     }
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
-        if (r >= 0 && b->grid->kind[i + b->shift[k]] == PD_INLET) break;
+        if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
         for (int e = 0; e < PD_DIM && r >= 0; e++)
             weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
@@ -14001,7 +14076,7 @@ static void pdi_csr_row(pdi_csr_work *w, int32_t i)
         if (r >= 0 && !pdi_bond_open(b, r, k)) continue;
         double weight = pdi_csr_weight(w, i, k, &own);
         sum += own;
-        if (weight != 0.0) pdi_csr_add(w, i + b->shift[k], weight);
+        if (weight != 0.0) pdi_csr_add(w, i + b->paths.shift[k], weight);
     }
     /* the opposite bonds of a whole family cancel to the last bit in op.h */
     if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;
@@ -14360,7 +14435,7 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
 /* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
 static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
 {
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->shift[k]] != PD_INLET;
+    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -14524,7 +14599,7 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
         for (int k = 0; k < s->count; k++) {
             if (!pdi_reconstruct_carries(bonds, r, k)) continue;
             const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
-            double difference = f[node + bonds->shift[k]] - f[node];
+            double difference = f[node + bonds->paths.shift[k]] - f[node];
             for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
         }
         for (int d = 0; d < PD_DIM; d++) {
@@ -14550,7 +14625,7 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += bend[a] * term[a];
         for (int d = 0; d < PD_DIM; d++)
-            wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
+            wall[d] += weight * (u[d * total + node + bonds->paths.shift[k]] - u[d * total + node]);
     }
 }
 
@@ -14565,7 +14640,7 @@ PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int3
     pdi_quadratic_value(&fit, at, f[node]);
     for (int k = 0; k < s->count; k++) {
         const int *n = s->offset + k * PD_DIM;
-        int32_t far = node + bonds->shift[k];
+        int32_t far = node + bonds->paths.shift[k];
         int square = 0;
         for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
         if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;
@@ -17284,7 +17359,7 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->shift[k]]);
+            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->paths.shift[k]]);
         }
     }
     return more;
@@ -17343,7 +17418,7 @@ static int pdi_flow_join(pd_flow *flow, int32_t r)
     int32_t least = flow->patch[r];
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t j = bonds->node[r] + bonds->shift[k];
+            int32_t j = bonds->node[r] + bonds->paths.shift[k];
             if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
             int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
             if (other < 0 || flow->patch[other] < 0) continue;
@@ -17434,7 +17509,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
                               pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
+    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
     const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
@@ -17475,7 +17550,7 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
         if (which == PDI_OPEN_NONE) continue;
-        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET ? 0.0 : 1.0;
         for (int b = 0; b < count && which == PDI_OPEN_ALL; b++) own->open[b] = 1.0;
         pdi_flow_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
@@ -17583,7 +17658,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
+    int32_t total = flow->grid->total, j = i + flow->bonds->paths.shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
     const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
     double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
@@ -17632,7 +17707,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
         if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
         double volume = s->volume * pdi_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
-            if (grid->kind[i + bonds->shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
+            if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
                 taken -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
             double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
@@ -17911,8 +17986,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         double sum = 0.0;
         int found = 0;
         for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t j = changed[c] + bonds->shift[k];
-            if (flow->grid->kind[j] != PD_FLUID || pdi_bond_closed_group(bonds, changed[c], k) >= 0) continue;
+            int32_t j = changed[c] + bonds->paths.shift[k];
+            if (flow->grid->kind[j] != PD_FLUID || pdi_path_closed_group(&bonds->paths, changed[c], k) >= 0) continue;
             sum += flow->p[j];
             found++;
         }
@@ -18070,8 +18145,8 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     if (row < 0 && !lap) {
         for (int k = 0; k < s->count / 2; k++) {
             const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
-            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
-            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->shift[k]);
+            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
+            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->paths.shift[k]);
             pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
         }
         return;
@@ -18082,9 +18157,9 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
         if (row >= 0) {
             if (pdi_bond_gate_of(bonds, row, k, count, &gate) == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_value(&gate, k, b);
-            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) pressure = 0.0f;
+            if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
-        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
         pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
                           &far, count, sums);
     }
@@ -18390,7 +18465,7 @@ static double pdi_force_hand(const pd_flow *flow, int32_t r, int k, double *x)
     const pd_bonds *bonds = flow->bonds;
     const double *b = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM, *g = bonds->stencil->grad + k * PD_DIM;
     int32_t node = bonds->node[r];
-    double p = 0.5 * (flow->p[node] + flow->p[node + bonds->shift[k]]);
+    double p = 0.5 * (flow->p[node] + flow->p[node + bonds->paths.shift[k]]);
     for (int d = 0; d < PD_DIM; d++) {
         x[d] = -p * g[d];
         for (int e = 0; e < PD_DIM; e++) x[d] += p * g[e] * b[e * PD_DIM + d];
@@ -18414,7 +18489,7 @@ static void pdi_force_take(pdi_force_query *q, int32_t r)
     pdi_force_press_all(flow, r, press);
     for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_bond_open(bonds, r, k) || flow->grid->kind[node + bonds->shift[k]] == PD_INLET) continue;
+        if (!pdi_bond_open(bonds, r, k) || flow->grid->kind[node + bonds->paths.shift[k]] == PD_INLET) continue;
         double p = pdi_force_hand(flow, r, k, hand);
         double deep = pdi_vec_dot(s->xi + k * PD_DIM, face.into);
         for (int d = 0; d < PD_DIM; d++) at[d] = face.foot[d] + s->xi[k * PD_DIM + d] - deep * face.into[d];
@@ -20703,7 +20778,7 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         pdi_bond_gate gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
             pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-            const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
+            const double *far = q + bonds->paths.shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
             if (lanes == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
             for (int d = 0; d < PD_DIM; d++)
@@ -20756,7 +20831,7 @@ static inline double pdi_gas_limited(double a, double b)
 static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
 {
     const double *xi = gas->bonds->stencil->xi + k * PD_DIM;
-    int64_t total = gas->grid->total, shift = gas->bonds->shift[k];
+    int64_t total = gas->grid->total, shift = gas->bonds->paths.shift[k];
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         const double *near = gas->primitive + c * total + i;
         const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
@@ -20926,7 +21001,8 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
         int32_t i = gas->open[o], row = bonds->row[i];
         pdi_gas_face face;
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]) || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]) ||
+                (row >= 0 && !pdi_bond_open(bonds, row, k)))
                 continue;
             double weight = pdi_gas_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
@@ -21049,7 +21125,7 @@ static void pdi_gas_flatten(pd_gas *gas)
         if (gas->flag[i] != 1) continue;
         gas->lowered++;
         for (int k = -1; k < bonds->stencil->count; k++) {
-            int32_t j = k < 0 ? i : i + bonds->shift[k];
+            int32_t j = k < 0 ? i : i + bonds->paths.shift[k];
             if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_image(grid, j, NULL);
             for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->slope[c * total + j] = 0.0;
         }
@@ -21224,7 +21300,7 @@ static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, d
     for (int d = 0; d < PD_DIM; d++) face[d] = along[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
-        int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
         double n[PD_DIM], weight = pdi_gas_bond(s, k, n);
         weights += weight;
         for (int d = 0; d < PD_DIM; d++) {
@@ -21250,7 +21326,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
             int open = 0;
             if (gas->grid->kind[i] != PD_FLUID) continue;
             for (int k = 0; k < bonds->stencil->count && !open; k++)
-                open = pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]);
+                open = pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]);
             if (open && fill) gas->open[found] = i;
             found += open;
         }
@@ -21422,9 +21498,9 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
 {
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+    int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
     if (!d->metal || group < 0) return 0;
-    int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
+    int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
 }
@@ -21494,7 +21570,7 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->shift[k]] > 0.0f)) continue;
+        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->paths.shift[k]] > 0.0f)) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -21590,7 +21666,7 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
 static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double *x, double *t, double *conduct)
 {
     int32_t i = d->bonds->node[r];
-    *t = pdi_bond_meet(d->bonds, r, k, x);
+    *t = pdi_bond_meet(&d->bonds->paths, i, k, x);
     double c = d->desc.held(d->desc.user, x);
     *conduct = 0.0;
     if (!(c >= 0.0)) return c;
@@ -21824,7 +21900,7 @@ static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const doubl
 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 {
-    int32_t j = i + d->bonds->shift[k];
+    int32_t j = i + d->bonds->paths.shift[k];
     const double *e = d->unit + k * PD_DIM;
     double along[PD_DIFFUSION_TENSOR];
     if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
@@ -21838,7 +21914,7 @@ PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
-    int32_t j = i + d->bonds->shift[k];
+    int32_t j = i + d->bonds->paths.shift[k];
     double a = pdi_bond_lap(d->bonds, i)[k];
     if (d->field)
         for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
@@ -21875,7 +21951,7 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     const pd_grid *grid = bonds->grid;
     double fraction = 1.0;
     int at[PD_DIM];
-    if (grid->kind[i + bonds->shift[k]] != PD_INLET) return 1.0;
+    if (grid->kind[i + bonds->paths.shift[k]] != PD_INLET) return 1.0;
     pdi_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
@@ -21890,7 +21966,7 @@ static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
 {
     const pd_bonds *bonds = c->bonds;
     double sum = 0.0;
-    for (int word = 0; word < bonds->words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
+    for (int word = 0; word < bonds->paths.words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         float more = c->more[pdi_conductance_place(c, row, k)];
         if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
@@ -21922,7 +21998,7 @@ static void pdi_conductance_move_row(const pd_conductance *c, int32_t r)
         if (c->rests) c->more[to] = c->more[at];
         else c->bond[to] = c->bond[at];
     }
-    for (int word = 0; word < c->bonds->words && c->rests; word++)
+    for (int word = 0; word < c->bonds->paths.words && c->rests; word++)
         c->other[(int64_t)word * c->capacity + r] = c->other[(int64_t)word * c->capacity + from];
     if (c->rests) c->shut[r] = c->shut[from];
 }
@@ -21944,7 +22020,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     int open = pdi_bond_open(bonds, r, k);
     int64_t at = pdi_conductance_place(c, r, k);
     if (c->rests) {
-        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
+        uint8_t kind = bonds->grid->kind[i + bonds->paths.shift[k]];
         c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_open(kind) ? -1.0f : 0.0f;
         return;
     }
@@ -21961,7 +22037,7 @@ static void pdi_conductance_row(const pd_conductance *c, int32_t r)
     const uint32_t *renewed = c->diffusion->renewed + bonds->node[r];
     int all = c->from[r] < 0 || *renewed > c->version, some = all;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        if (!all && renewed[bonds->shift[k]] <= c->version) continue;
+        if (!all && renewed[bonds->paths.shift[k]] <= c->version) continue;
         pdi_conductance_bond(c, r, k);
         some = 1;
     }
@@ -21993,7 +22069,7 @@ PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
     if (!conductance->rests) PDI_ARRAY(owner, conductance, bond, count, "1/s");
     else {
         PDI_ARRAY(owner, conductance, more, count, "1");
-        PDI_ARRAY(owner, conductance, other, bonds ? bonds->words * rows : 0, "1");
+        PDI_ARRAY(owner, conductance, other, bonds ? bonds->paths.words * rows : 0, "1");
         PDI_ARRAY(owner, conductance, shut, rows, "1/s");
     }
     PDI_ARRAY(owner, conductance, node, rows, "1");
@@ -22026,7 +22102,7 @@ PDI_INLINE void pdi_rest_bond(const pd_conductance *c, const double *x, const fl
                               const uint32_t *PD_RESTRICT open, int k, int count, int exact, double *PD_RESTRICT sum)
 {
     const pd_bonds *bonds = c->bonds;
-    const double *far = x + bonds->shift[k];
+    const double *far = x + bonds->paths.shift[k];
     double whole = c->diffusion->desc.diffusivity * bonds->stencil->lap[k];
     for (int b = 0; b < count; b++) {
         double bond = whole * ((exact ? 1.0 : 0.0) + (double)more[b]);
@@ -22042,7 +22118,7 @@ PDI_INLINE void pdi_rest_block(const pd_conductance *c, const double *x, int32_t
     const pd_bonds *bonds = c->bonds;
     const float *first = c->more + pdi_conductance_place(c, row, 0);
     double total[PDI_BLOCK] = {0.0};
-    for (int word = 0; word < bonds->words; word++) {
+    for (int word = 0; word < bonds->paths.words; word++) {
         const uint32_t *bits = exact ? bonds->mask + (int64_t)word * bonds->capacity + row
                                      : c->other + (int64_t)word * c->capacity + row;
         uint32_t any = 0;
@@ -22215,7 +22291,7 @@ PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by
     memset(size_by, 0, sizeof size_by);
     memset(slope, 0, sizeof slope);
     for (int k = 0; k < s->count / 2; k++) {
-        int32_t shift = bonds->shift[k];
+        int32_t shift = bonds->paths.shift[k];
         const double *ahead = c + shift, *behind = c - shift, *x_ahead = x + shift, *x_behind = x - shift;
         const double *g = s->grad + k * PD_DIM;
         double a = s->lap[k];
@@ -22292,7 +22368,7 @@ PDI_INLINE void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_
     const int32_t *far = place < 0 ? NULL : l->boundary->far + (int64_t)place * s->count;
     int beside = place >= 0, cut = beside && pdi_limiter_cut(l, i);
     for (int k = 0; k < s->count; k++) {
-        int32_t shift = beside ? far[k] - i : bonds->shift[k];
+        int32_t shift = beside ? far[k] - i : bonds->paths.shift[k];
         int skip = cut && bonds->grid->kind[far[k]] == PD_INLET;
         if (!beside && row >= 0 && !pdi_limiter_gates(bonds, &p, k)) continue;
         pdi_limiter_add(&p, p.c + shift, p.x ? p.x + shift : NULL, s->lap[k], skip ? none : s->grad + k * PD_DIM,
@@ -22394,7 +22470,7 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
 {
     const pd_grid *grid = t->bonds->grid;
     int count = t->bonds->stencil->count;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     *factor = 1.0;
     if (k < count / 2) return t->flux + (int64_t)k * grid->total + i;
     *factor = -1.0;
@@ -22426,7 +22502,7 @@ PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, doub
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k)
 {
     double flux, bond, upwind;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     pdi_flux_bond(t, i, k, &flux, &bond, &upwind);
     return pdi_flux_leave(0.5 * flux, bond, c[i], t->bonds->grid->kind[j] == PD_OUTLET ? c[i] : c[j]);
 }
@@ -22479,7 +22555,7 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
-    const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
+    const double *grad = f->grad + i, *far = grad + f->bonds->paths.shift[k];
     double part = 0.5 * f->stabilisation * pdi_bond_lap(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
@@ -22491,7 +22567,7 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
     const pd_bonds *bonds = t->bonds;
-    int64_t total = bonds->grid->total, shift = bonds->shift[k];
+    int64_t total = bonds->grid->total, shift = bonds->paths.shift[k];
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
@@ -22506,7 +22582,7 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
                                  double *PD_RESTRICT behind)
 {
     const pd_stencil *s = t->bonds->stencil;
-    int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
+    int64_t total = t->bonds->grid->total, shift = t->bonds->paths.shift[k];
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
@@ -22524,7 +22600,7 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
 static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int count)
 {
     const pd_bonds *bonds = t->bonds;
-    int32_t shift = bonds->shift[k];
+    int32_t shift = bonds->paths.shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
@@ -22557,7 +22633,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         const double *slot = pdi_flux_slot(t, i, k, &factor);
         *flux = factor * *slot;
     } else if (t->flow && pdi_flux_open(t, i, k)) {
-        int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
+        int inlet = t->bonds->grid->kind[i + t->bonds->paths.shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
@@ -22639,7 +22715,7 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->lean[1] = pdi_flux_lean_of(t, *p->back, far[opposite]);
         return;
     }
-    p->next = t->bonds->shift[k];
+    p->next = t->bonds->paths.shift[k];
     p->before = -p->next;
     p->lean[0] = p->lean[1] = PDI_FLUX_LEAN;
     p->flux = p->back = pdi_flux_still;
@@ -22810,7 +22886,7 @@ static double pdi_flux_balance(const pd_flux *t, const double *b, const double *
     const pd_grid *grid = t->bonds->grid;
     double diagonal = t->rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0), sum = b[i];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        int32_t j = i + t->bonds->shift[k];
+        int32_t j = i + t->bonds->paths.shift[k];
         double flux, bond;
         if (!pdi_flux_open(t, i, k)) continue;
         pdi_flux_one(t, i, k, &flux, &bond);
@@ -22869,7 +22945,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
     const pd_flux *t = section->t;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_flux_bond_flux(t, section->c, i, k);
     double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
@@ -22881,7 +22957,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
     const pdi_flux_section *section = (const pdi_flux_section *)user;
     const pd_flux *t = section->t;
     const pd_grid *grid = t->bonds->grid;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     if (grid->kind[i] != PD_FLUID) {
         double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
@@ -23038,7 +23114,7 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
         if (pdi_bounds_mark_one(grid, i, marked)) found++;
         else
             for (int k = 0; k < bonds->stencil->count; k++)
-                found += pdi_bounds_mark_one(grid, i + bonds->shift[k], marked);
+                found += pdi_bounds_mark_one(grid, i + bonds->paths.shift[k], marked);
     }
     return found;
 }
@@ -23409,7 +23485,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_flux_open(&t->flux, i, k)) continue;
-            uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
+            uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];
             if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
             if (far_kind == PD_INLET && t->rest)
@@ -23917,7 +23993,7 @@ PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
         double flux, bond, upwind;
         if (!pdi_flux_open(&t->flux, i, k)) continue;
         pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;
@@ -32432,11 +32508,11 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 #include <string.h>
 
 /* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_image. */
-static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
+static int32_t pdi_entry_home(const pd_paths *paths, int32_t at, int *flip)
 {
-    uint8_t kind = bonds->grid->kind[at];
+    uint8_t kind = paths->grid->kind[at];
     if (flip) *flip = 0;
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(paths->grid, at, flip);
 }
 
 /* 1: no node of the box is a wall. */
@@ -32447,14 +32523,14 @@ static int pdi_entry_unwalled(const pd_grid *grid)
     return grid->fluid_count + grid->solid_count == cells;
 }
 
-PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
+PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k)
 {
-    const pd_stencil *s = bonds->stencil;
-    if (pdi_entry_unwalled(bonds->grid)) return 1;
+    const pd_stencil *s = paths->stencil;
+    if (pdi_entry_unwalled(paths->grid)) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c], NULL)];
+            uint8_t kind = paths->grid->kind[pdi_entry_home(paths, i + paths->cell_shift[c], NULL)];
             walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;
@@ -32462,20 +32538,20 @@ PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
     return 1;
 }
 
-PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry)
+PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry)
 {
-    const pd_stencil *s = bonds->stencil;
-    const uint8_t *kind = bonds->grid->kind;
+    const pd_stencil *s = paths->stencil;
+    const uint8_t *kind = paths->grid->kind;
     entry->count = 0;
     entry->open = 1;
     entry->last = j;
-    entry->far = pdi_entry_far(bonds, j, k);
-    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(bonds, j, k)) return;
+    entry->far = pdi_entry_far(paths, j, k);
+    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(paths, j, k)) return;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
         int behind = entry->count, fluid = 0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int flip;
-            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c], &flip);
+            int32_t at = pdi_entry_home(paths, j + paths->cell_shift[c], &flip);
             fluid |= kind[at] == PD_FLUID;
             if (behind) continue;
             if (kind[at] == PD_FLUID && entry->count < PDI_ENTRY_NODES) {
@@ -32493,9 +32569,9 @@ PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, dou
     for (int d = 0; d < PD_DIM; d++) seen[d] = entry->flip[e] >> d & 1 ? -v[d] : v[d];
 }
 
-PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis)
+PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *s = paths->stencil;
     double sum = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int steps = s->offset[k * PD_DIM + d] - s->cell[entry->cell[e] * PD_DIM + d];
@@ -32505,27 +32581,27 @@ PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *en
 }
 
 /* 1: a cell beside metal node j is not metal. */
-static int pdi_entry_outer(const pd_bonds *bonds, int32_t j)
+static int pdi_entry_outer(const pd_paths *paths, int32_t j)
 {
-    const pd_grid *grid = bonds->grid;
+    const pd_grid *grid = paths->grid;
     for (int d = 0; d < PD_DIM; d++)
         for (int step = -1; step <= 1; step += 2)
-            if (grid->kind[pdi_entry_home(bonds, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
+            if (grid->kind[pdi_entry_home(paths, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
     return 0;
 }
 
 /* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
  * its reach, too, and is an outer one. */
-PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
+PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
 {
-    const pd_grid *grid = bonds->grid;
+    const pd_grid *grid = paths->grid;
     int32_t count = 0;
     memset(work, 0, (size_t)grid->total);
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] != PD_SOLID) continue;
-        int last = pdi_entry_outer(bonds, j) ? bonds->stencil->count : 0;
+        int last = pdi_entry_outer(paths, j) ? paths->stencil->count : 0;
         for (int k = -1; k < last; k++) {
-            int32_t i = k < 0 ? j : pdi_entry_far(bonds, j, k);
+            int32_t i = k < 0 ? j : pdi_entry_far(paths, j, k);
             count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
             work[i] = 1;
         }
@@ -32664,15 +32740,15 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
 {
-    int32_t far = pdi_entry_far(d->bonds, j, k);
+    int32_t far = pdi_entry_far(&d->paths, j, k);
     if (d->grid->kind[far] != PD_FLUID || pdi_metal_passive(d, far)) return -1;
-    return pdi_entry_free(d->bonds, j, k) ? far : -1;
+    return pdi_entry_free(&d->paths, j, k) ? far : -1;
 }
 
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
 {
     pd_dissolve *dissolve = (pd_dissolve *)object;
-    int64_t words = dissolve->bonds ? dissolve->bonds->words : 0;
+    int64_t words = dissolve->paths.words;
     PDI_ARRAY(owner, dissolve, reach, words * dissolve->reach_rows, "1");
 }
 
@@ -32714,10 +32790,10 @@ static int pdi_reach_rows(pd_dissolve *d)
 /* The row of exposed node j. Its rate is not known. */
 static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 {
-    int words = d->bonds->words;
+    int words = d->paths.words;
     uint32_t *row = d->reach + (int64_t)d->slot[j] * words;
     for (int w = 0; w < words; w++) row[w] = 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++)
+    for (int k = 0; k < d->paths.stencil->count; k++)
         if (pdi_reach_taker(d, j, k) >= 0) row[k >> 5] |= (uint32_t)1 << (k & 31);
     d->rate[j] = -1.0;
 }
@@ -32726,7 +32802,7 @@ static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
 {
     pdi_reach reach = pdi_reach_of(d, j);
-    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(d->bonds, j, reach.bond));
+    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(&d->paths, j, reach.bond));
 }
 
 /* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
@@ -32738,9 +32814,9 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
     beside->enters = 0.0;
     for (int m = 0; m < d->kinds; m++) portion[m].enters = portion[m].stock = 0.0;
     if (pdi_metal_passive(d, i)) return;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_entry_far(d->bonds, i, k);
-        if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(d->bonds, i, k)) continue;
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t j = pdi_entry_far(&d->paths, i, k);
+        if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(&d->paths, i, k)) continue;
         double weight = pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * pdi_metal_area(d, i, k);
         pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
         beside->enters += weight;
@@ -32764,7 +32840,7 @@ static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
 
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count);
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
     int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
     (void)nt;
     d->reached = 0; /* unless all goes well */
@@ -32815,7 +32891,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry *entry)
 {
     if (!pdi_metal_bonds(d)) {
-        pdi_entry_find(d->bonds, j, k, entry);
+        pdi_entry_find(&d->paths, j, k, entry);
         return;
     }
     entry->open = 0;
@@ -32850,7 +32926,7 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
     double sum = 0.0;
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
     return sum * pdi_metal_factor(d, j);
@@ -32863,7 +32939,7 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     double sum = 0.0;
     if (pdi_metal_bonds(d)) return pdi_interface_bond_rate(d, f);
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
+    for (int k = 0; k < d->paths.stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++)
             sum += pdi_metal_area(d, j, k) / entry.count * pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j));
@@ -32878,7 +32954,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
@@ -32887,7 +32963,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     double way[PD_DIM], weight = pdi_interface_weight(d, j, entry->node[e], k, entry);
     if (!(weight > 0.0)) return;
     pdi_beside *beside = pdi_reach_join(d, entry->node[e]);
@@ -32906,7 +32982,7 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
+    for (int k = 0; k < d->paths.stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) pdi_interface_enter(d, j, k, &entry, e);
     }
@@ -32915,14 +32991,16 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 /* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
 typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond);
 
-/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
+/* All of them. A bond of the fluid that the metal cuts carries a(n) times its way along the normal in a linear
+ * field. */
 PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_paths *paths = &d->transport->bonds->paths;
+    const pd_stencil *s = paths->stencil;
     pdi_entry entry;
     for (int32_t f = 0; f < d->front_count; f++)
         for (int k = 0; k < s->count; k++) {
-            pdi_entry_find(d->bonds, d->front[f], k, &entry);
+            pdi_entry_find(paths, d->front[f], k, &entry);
             for (int e = 0; e < entry.count && entry.open; e++) {
                 if (d->slot[entry.node[e]] < 0) continue;
                 pdi_beside *from = &d->beside[d->slot[entry.node[e]]];
@@ -32930,7 +33008,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
+                double beyond = fmax(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
@@ -32954,7 +33032,7 @@ static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to
 static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
+    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
     to->weight += over * from->enters;
     for (int m = 0; m < d->kinds; m++)
         pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;
@@ -33211,17 +33289,17 @@ PDI_FN void pdi_content_collect(pd_dissolve *d)
 PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
+    for (int k = 0; k < d->paths.stencil->count; k++)
+        if (d->grid->kind[pdi_entry_far(&d->paths, j, k)] == PD_FLUID) return 1;
     return 0;
 }
 
 /* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
 static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_receiver receiver)
 {
-    int32_t i = pdi_entry_far(d->bonds, j, k);
+    int32_t i = pdi_entry_far(&d->paths, j, k);
     uint8_t wanted = receiver == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
-    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(&d->paths, j, k)) return 0.0;
     if (receiver == PDI_CONTENT_FLUID) return d->weight[k];
     if (receiver == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
@@ -33238,13 +33316,13 @@ static void pdi_content_see(pd_dissolve *d, int32_t j, pdi_content_piece *p)
  * step began. */
 static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
 {
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_entry_far(d->bonds, i, k);
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t j = pdi_entry_far(&d->paths, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
         if (pdi_metal_of(d, j) != pdi_metal_of(d, i)) continue;
         double weight = d->weight[k] * pdi_metal_factor(d, j);
         if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
-        if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
+        if (pdi_entry_free(&d->paths, i, k)) pdi_content_see(d, j, p);
     }
 }
 
@@ -33286,7 +33364,7 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
     double share = p->has / p->gives;
     for (int32_t n = 0; n < p->count; n++) {
         int32_t j = p->node[n];
-        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
+        for (int k = 0; k < d->paths.stencil->count && d->exposed[j]; k++) {
             pdi_interface_find(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
@@ -33359,16 +33437,16 @@ static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
 /* 1: bond k of node j leads to the same metal. */
 static int pdi_content_same(const pd_dissolve *d, int32_t j, int k)
 {
-    return pdi_metal_of(d, pdi_entry_far(d->bonds, j, k)) == pdi_metal_of(d, j);
+    return pdi_metal_of(d, pdi_entry_far(&d->paths, j, k)) == pdi_metal_of(d, j);
 }
 
 /* From the fluid into the metal at node j, of any length. */
 static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
     for (int k = 0; k < s->count; k++) {
-        uint8_t kind = d->grid->kind[pdi_entry_far(d->bonds, j, k)];
+        uint8_t kind = d->grid->kind[pdi_entry_far(&d->paths, j, k)];
         double sign = kind == PD_SOLID ? 1.0 : kind == PD_FLUID ? -1.0 : 0.0;
         for (int a = 0; a < PD_DIM; a++) normal[a] += sign * d->weight[k] * s->xi[k * PD_DIM + a];
     }
@@ -33379,7 +33457,7 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
  * over two metals stays flat. -1: none. */
 static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_receiver receiver)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     const double *xi = s->xi + k * PD_DIM;
     double length = pdi_vec_dot(inward, inward), along = 0.0;
     int32_t n[PD_DIM];
@@ -33399,7 +33477,7 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
  * with. Without any metal it is rounding, and goes to the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
-    int count = d->bonds->stencil->count;
+    int count = d->paths.stencil->count;
     double inward[PD_DIM] = {0.0};
     if (d->kinds > 1) pdi_content_inward(d, j, inward);
     for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
@@ -33414,7 +33492,7 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
             int path = pdi_content_path(d, j, k, inward, receiver);
             double share = pdi_content_share(d, j, k, receiver) / sum;
             if (path < 0 || !(share > 0.0)) continue;
-            int32_t i = pdi_entry_far(d->bonds, j, path);
+            int32_t i = pdi_entry_far(&d->paths, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
@@ -33435,8 +33513,8 @@ static void pdi_content_expose(pd_dissolve *d, int32_t j)
     d->slot[j] = -1;
     d->lags = 1;
     d->mark[j] |= PDI_REACH_TOUCHED;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = pdi_entry_far(d->bonds, j, k);
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t i = pdi_entry_far(&d->paths, j, k);
         d->mark[i] |= PDI_REACH_TOUCHED;
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
@@ -33447,9 +33525,9 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
 {
     double left = pdi_metal_left(d, j);
     if (left <= PDI_CONTENT_EMPTY) return 1;
-    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
+    for (int k = 0; k < d->paths.stencil->count && left <= d->lead; k++)
         if (pdi_content_same(d, j, k) && pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
-            pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
+            pdi_metal_left(d, pdi_entry_far(&d->paths, j, k)) > d->lead)
             return 1;
     return 0;
 }
@@ -33481,10 +33559,10 @@ static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
  * lies in between. -1: it is not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
-    int32_t at = pdi_entry_far(d->bonds, i, k);
+    int32_t at = pdi_entry_far(&d->paths, i, k);
     if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
     if (pdi_metal_of(d, at) != pdi_metal_of(d, i)) return -1;
-    return pdi_entry_free(d->bonds, i, k) ? at : -1;
+    return pdi_entry_free(&d->paths, i, k) ? at : -1;
 }
 
 /* Node i is below its end. It takes what it lacks from the metal in its reach, in proportion to the weights. No metal
@@ -33497,11 +33575,11 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
     while (lacks > 0.0 && again) {
         double sum = 0.0, given = 0.0, share = lacks;
         again = 0;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at >= 0 && c[at] > pdi_metal_end(d, at)) sum += d->weight[k];
         }
-        for (int k = 0; k < d->bonds->stencil->count && sum > 0.0; k++) {
+        for (int k = 0; k < d->paths.stencil->count && sum > 0.0; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at < 0 || !(c[at] > pdi_metal_end(d, at))) continue;
             double has = (c[at] - pdi_metal_end(d, at)) * pdi_metal_over(d, at, i), part = share * (d->weight[k] / sum);
@@ -33536,12 +33614,12 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
     while (left > 0.0 && full) {
         double sum = 0.0, given = 0.0;
         full = 0;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at >= 0 && pdi_content_receives(d, at, dt)) sum += d->weight[k];
         }
         if (!(sum > 0.0)) break;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at < 0 || !pdi_content_receives(d, at, dt)) continue;
             double solid = pdi_metal_solid(d, at), room = (solid - c[at]) * pdi_metal_over(d, at, i);
@@ -33598,7 +33676,7 @@ static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
         pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
         c[i] = d->desc.bulk;
     }
-    d->rinsed = pdi_sum_total(&gone) * d->bonds->stencil->volume;
+    d->rinsed = pdi_sum_total(&gone) * d->paths.stencil->volume;
 }
 
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
@@ -33631,8 +33709,8 @@ PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *d, double 
     *volume = 0.0;
     for (int m = 0; m < d->kinds; m++) {
         double amount = pdi_grid_sum(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
-        stock += amount * d->bonds->stencil->volume;
-        *volume += amount / d->kind[m].solid * d->bonds->stencil->volume;
+        stock += amount * d->paths.stencil->volume;
+        *volume += amount / d->kind[m].solid * d->paths.stencil->volume;
     }
     return stock;
 }
@@ -33777,14 +33855,14 @@ PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
 static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     int nt = pdi_par_threads(ctx, (int64_t)d->grid->solid_count * s->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t j = 0; j < d->grid->total; j++) {
         int links = 0;
         if (d->grid->kind[j] != PD_SOLID) continue;
-        for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
+        for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(&d->paths, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
         double supply = pdi_metal_solid(d, j) - d->desc.saturation;
         d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * supply;
@@ -33815,15 +33893,19 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
 }
 
 PDI_COLD_BEGIN
-static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil *s, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *d)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *own = transport->bonds->stencil;
     memset(d, 0, sizeof *d);
     PDI_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
+    if (desc->model == PD_METAL_SURFACE && s->m < own->m)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "the metal has a horizon of %g spacings, expected at least the %g of the transport", s->m,
+                        own->m);
     d->desc = *desc;
     d->grid = grid;
-    d->bonds = bonds;
+    PDI_TRY(pdi_path_build(ctx, s, grid, &d->paths));
     d->transport = transport;
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
@@ -33835,7 +33917,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->capacity = (int32_t)grid->solid_count;
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
-    d->beside_capacity = pdi_entry_around(bonds, d->mark);
+    d->beside_capacity = pdi_entry_around(&d->paths, d->mark);
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
     transport->pinned = d->pinned;
     d->next_dt = HUGE_VAL;
@@ -33851,15 +33933,15 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
                             "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
-    for (int k = 0; k < s->count; k++) d->spread += s->lap[k];
+    for (int k = 0; k < own->count; k++) d->spread += own->lap[k];
     pdi_content_collect(d);
     return PD_OK;
 }
 
-pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
                             const pd_dissolve_desc *desc, pd_dissolve *d)
 {
-    pd_status status = pdi_dissolve_make(ctx, grid, bonds, transport, desc, d);
+    pd_status status = pdi_dissolve_make(ctx, grid, stencil, transport, desc, d);
     if (status < 0) pd_dissolve_free(ctx, d);
     return status;
 }
@@ -34036,7 +34118,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 /* Rates of the exposed nodes by the speeds that there are. */
 static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count * 4);
     (void)nt;
     if (pdi_interface_stays(d)) return;
     int all = !pdi_interface_lasts(d);
@@ -34153,7 +34235,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         pdi_sum_add(&gone, amount * speed);
         pdi_sum_add(&error, 0.5 * amount * (fast - slow));
     }
-    double volume = d->bonds->stencil->volume, off = pdi_sum_total(&error) * volume;
+    double volume = d->paths.stencil->volume, off = pdi_sum_total(&error) * volume;
     double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
     double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
     int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
@@ -34421,6 +34503,7 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     pdi_owner_free(ctx, pdi_reach_list, d);
+    pdi_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);
 }
 #ifdef PDI_COLD
@@ -34490,20 +34573,18 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Area of the surfaces that give metal, as row r sees it. Each of its bonds that ends behind such a surface counts
+/* Area of the surfaces that give metal, as a node sees it. Each of its bonds that ends behind such a surface counts
  * c(n) V. */
-static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
-    const pd_bonds *bonds = t->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r];
+    const pd_stencil *s = paths->stencil;
     double sum = 0.0, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
-        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
-        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
+        int32_t cell = node + paths->cell_shift[s->group_cell[pdi_path_closed_group(paths, node, k)]];
         int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
         if (!gives && t->desc.held) {
-            pdi_bond_meet(bonds, r, k, x);
+            pdi_bond_meet(paths, node, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
         }
         if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
@@ -34511,24 +34592,23 @@ static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolv
     return sum;
 }
 
-void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
-                         const double *hi, int axis, double *flux, double *area)
+void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve,
+                         const double *lo, const double *hi, int axis, double *flux, double *area)
 {
-    const pd_bonds *bonds = t->bonds;
     const pd_grid *grid = t->grid;
     int layers = axis < 0 ? 1 : grid->n[axis];
     (void)ctx;
     for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
-    for (int32_t r = 0; r < bonds->rows; r++) {
+    for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        int32_t node = bonds->node[r];
-        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        if (grid->kind[node] != PD_FLUID || !pdi_measure_inside(grid, node, lo, hi)) continue;
         pdi_grid_index(grid, node, i);
         int k = axis < 0 ? 0 : i[axis];
+        area[k] += pdi_measure_area(paths, t, dissolve, node);
         double gain = t->source[node] - t->absorb[node] * t->c[node];
-        gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
-        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
-        area[k] += pdi_measure_area(t, dissolve, r);
+        if (t->bonds->row[node] >= 0)
+            gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
+        flux[k] += gain * paths->stencil->volume * pdi_grid_circumference(grid, node);
     }
 }
 
@@ -43111,7 +43191,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
-    setup->m = 3.0;
+    setup->m = setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
@@ -43178,6 +43258,18 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
     }
     memset(setup->record, 0, sizeof setup->record);
     setup->records = 0;
+}
+
+PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
+{
+    int asked = setup->has_dissolve || setup->has_grains;
+    for (int k = 0; k < setup->monitors; k++) asked = asked || setup->monitor[k].kind == PD_MONITOR_TRANSFER;
+    return asked;
+}
+
+PDI_FN int pdi_setup_layers(const pd_setup *setup)
+{
+    return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
@@ -44557,6 +44649,9 @@ PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *fo
 #include <stdio.h>
 #include <string.h>
 
+/* Horizon over the spacing from which on a front has nearly one speed in all directions of the lattice: within 1 %. */
+#define PDI_READ_METAL_HORIZON 3.0
+
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
     for (int section = -1; (section = pdi_text_next(s->ctx, s->text, name, section)) >= 0;)
@@ -44748,6 +44843,19 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    u->metal_m = fmax(PDI_READ_METAL_HORIZON, u->m);
+    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, section, "m")) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "m",
+                           "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
+                           u->m);
+}
+
 static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
 {
     static const char *const controls[] = {"diffusion", "activation", NULL};
@@ -44818,6 +44926,8 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
                                "found beside control = activation, expected diffusion: there all fluid holds bulk");
     return PD_OK;
 }
+
+#undef PDI_READ_METAL_HORIZON
 
 /* ======== >>scene/read_gas.c ======== */
 /* read_gas: see read_gas.h */
@@ -45011,7 +45121,7 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
         setup->hi[d] = d == 0 ? f->L_wire + f->L_downstream : half;
     }
-    setup->m = f->m_ratio;
+    setup->m = setup->metal_m = f->m_ratio;
     if (!(f->axisymmetric > 0.0)) return PD_OK;
     if (PD_DIM != 2 || f->axisymmetric < 1.0)
         return pdi_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,
@@ -45777,7 +45887,7 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
     int r = PD_DIM - 1;
-    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    double reach = pdi_setup_layers(u);
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
@@ -45810,6 +45920,7 @@ static pd_status pdi_scene_grid(pdi_reader *s)
             return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
     PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
+    PDI_TRY(pdi_read_metal_horizon(s));
     PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
@@ -47040,7 +47151,7 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
 /* Objects of a run that are not built: what the lists of their arrays read is there, and nothing else. */
 typedef struct pdi_footprint_plan {
     pd_ctx ctx;
-    pd_stencil stencil;
+    pd_stencil stencil, across;
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
@@ -47059,7 +47170,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
 {
     pd_grid *grid = &plan->grid;
     double nodes = b->nodes;
-    int reach = (int)ceil(u->m + 0.5) - 1;
+    int reach = pdi_setup_layers(u);
     memset(plan, 0, sizeof *plan);
     pd_ctx_init(&plan->ctx);
     grid->ghost = reach;
@@ -47082,11 +47193,12 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     grid->solid = u->solid;
     grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
-    plan->stencil.reach = reach;
+    plan->stencil.reach = (int)ceil(u->m + 0.5) - 1;
+    plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
     plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
-    plan->bonds.words = (plan->stencil.count + 31) / 32;
+    plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
     plan->bonds.spans.nodes = (int32_t)((b->fluid + b->solid) / plan->times);
@@ -47131,9 +47243,10 @@ static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_des
     return pdi_footprint_list(plan, pdi_krylov_list, &krylov);
 }
 
-static void pdi_footprint_lattice(pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_footprint *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
+    if (surfaces) b->bytes[PD_PART_GRID] += plan->across.count * (70.0 + 12.0 * PD_DIM);
     b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 9.0 * (b->nodes - b->cells); /* rows of nodes; ghosts */
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
@@ -47230,14 +47343,14 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
-    d.bonds = &plan->bonds;
+    d.paths.words = (plan->across.count + 31) / 32;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
     d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
-    d.kernel.stencil = &plan->stencil;
+    d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
     d.desc.stochastic = u->stochastic;
@@ -47245,8 +47358,8 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
-        d.reach_rows = (int32_t)(1.25 * layers);
+        double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        d.reach_rows = (int32_t)(1.25 * layers / plan->times);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
@@ -47351,18 +47464,18 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
 void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 {
     pdi_footprint_plan plan;
-    double reach = ceil(u->m + 0.5) - 1.0;
+    double reach = ceil(u->m + 0.5) - 1.0, layers = pdi_setup_layers(u);
     memset(b, 0, sizeof *b);
     b->nodes = b->cells = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5);
         b->cells *= cells;
-        b->nodes *= cells + 2.0 * reach;
+        b->nodes *= cells + 2.0 * layers;
     }
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
     pdi_footprint_describe(u, b, &plan);
-    pdi_footprint_lattice(&plan, b);
+    pdi_footprint_lattice(pdi_setup_surfaces(u), &plan, b);
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
@@ -47416,16 +47529,22 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
  * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
 #define PDI_MODEL_CORRODE 1e-9
 
-PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_stencil *stencil)
 {
     pd_stencil_desc family;
-    pd_grid_desc box;
     memset(&family, 0, sizeof family);
-    memset(&box, 0, sizeof box);
-    family.m = u->m;
+    family.m = m;
     if (u->has_corrode) family.weights = u->weights;
+    for (int d = 0; d < PD_DIM; d++) family.h[d] = u->h[d];
+    return pd_stencil_build(ctx, &family, stencil);
+}
+
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+{
+    pd_grid_desc box;
+    memset(&box, 0, sizeof box);
+    box.ghost = pdi_setup_layers(u);
     for (int d = 0; d < PD_DIM; d++) {
-        family.h[d] = u->h[d];
         box.lo[d] = u->lo[d];
         box.hi[d] = u->hi[d];
     }
@@ -47437,7 +47556,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].open) box.entry = pdi_inlet_enters;
     box.entry_user = (void *)u; /* only read */
-    PDI_TRY(pd_stencil_build(ctx, &family, stencil));
+    PDI_TRY(pdi_model_stencil(ctx, u, u->m, stencil));
     if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
     return pd_grid_build(ctx, stencil, &box, grid);
 }
@@ -47446,6 +47565,10 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
+    if (pdi_setup_surfaces(m->setup)) {
+        PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
+        PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));
+    }
     pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -47603,7 +47726,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
-    PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
+    PDI_TRY(pd_grain_fraction(ctx, &m->across, &m->grid, &m->grain, fraction));
     PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
@@ -47711,7 +47834,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
-    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+    return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
 
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
@@ -47844,6 +47967,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
+    pdi_path_free(ctx, &m->paths);
+    pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);
     pd_grid_free(ctx, &m->grid);
     pd_stencil_free(ctx, &m->stencil);
@@ -48275,7 +48400,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
 {
     const pd_model *m = job->m;
     const pd_stencil *s = m->bonds.stencil;
-    int32_t far = base + m->bonds.shift[k];
+    int32_t far = base + m->bonds.paths.shift[k];
     double at[PD_DIM], place[PD_DIM], share = 1.0;
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
@@ -49017,7 +49142,7 @@ static void pdi_summary_part(const pdi_summary *s, pd_part part, const char *nam
 static void pdi_summary_grid(const pdi_summary *s)
 {
     const pd_model *m = s->model;
-    char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT];
+    char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT], metal[64] = "";
     int axes = 1;
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(m->grid.h[d] - m->grid.h[0]) > 1e-12 * m->grid.h[0]) axes = PD_DIM;
@@ -49028,8 +49153,11 @@ static void pdi_summary_grid(const pdi_summary *s)
         pdi_setup_show(m->grid.h[d], "m", text);
         snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
-    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
-                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
+    if (m->setup->has_dissolve && m->across.count != m->stencil.count)
+        snprintf(metal, sizeof metal, "; metal m = %g (%d bonds)", m->across.m, m->across.count);
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)%s", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count,
+                     metal);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
              (double)m->grid.solid_count, (double)(pdi_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);
@@ -49329,8 +49457,8 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     double flux = 0.0, area = 0.0, excess = 0.0;
-    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
-                        d->axis, m->flux, m->area);
+    pd_measure_exchange(ctx, &model->paths, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL,
+                        d->lo, d->hi, d->axis, m->flux, m->area);
     pdi_monitor_fluid(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];

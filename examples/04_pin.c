@@ -116,7 +116,7 @@ int main(void)
     od.solid = pd_material_concentration(&metal);
     od.rate = rate;
     od.rate_user = &law;
-    must(pd_dissolve_build(&ctx, &grid, &bonds, &transport, &od, &dissolve));
+    must(pd_dissolve_build(&ctx, &grid, &stencil, &transport, &od, &dissolve));
 
     must(pd_couple_build(&ctx, &cd, &grid, &bonds, &couple));
     must(pd_couple_add(&ctx, &couple, pd_quasi_steady_process(&flow, &steady, &quasi)));

@@ -106,7 +106,7 @@ static inline pd_status scene_try_rest(scene *s)
     if (s->with & WITH_TRANSPORT)
         PDI_TRY(pd_transport_build(&s->ctx, &s->grid, &s->bonds, flow, &s->transport_desc, &s->transport));
     if (s->with & WITH_DISSOLVE)
-        PDI_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->dissolve_desc, &s->dissolve));
+        PDI_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->dissolve_desc, &s->dissolve));
     if (s->with & WITH_COUPLE)
         PDI_TRY(pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
     if ((s->with & WITH_COUPLE) && steady)

@@ -85,7 +85,7 @@ static pd_status scene_physics(scene *s)
 {
     pd_status status = pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport);
     if (status == PD_OK)
-        status = pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &s->desc, &s->dissolve);
+        status = pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->desc, &s->dissolve);
     if (status == PD_OK) status = pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
     if (status == PD_OK)
         status = pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve));

@@ -535,7 +535,7 @@ static double shrink(int ball, int ratio, double *ledger)
     cd.fraction = 0.05;
     if (!scene_build(s) ||
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
-        !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &transport, &dd, &dissolve)) ||
+        !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &transport, &dd, &dissolve)) ||
         !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
         !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolve_process(&dissolve))) ||
         !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple)))

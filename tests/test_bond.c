@@ -334,7 +334,7 @@ TEST(validate_notices)
     memset(i, 0, sizeof i);
     CHECK_INT(s->bonds.node[0], pd_grid_node(&s->grid, i));
     s->bonds.mask[0] |= 1u; /* a bond of the corner node that leaves the box */
-    s->grid.kind[s->bonds.node[0] + s->bonds.shift[0]] = PD_FLUID;
+    s->grid.kind[s->bonds.node[0] + s->bonds.paths.shift[0]] = PD_FLUID;
     CHECK_INT(pd_bonds_validate(&s->ctx, &s->bonds), PD_ERR_INTERNAL);
     scene_free(s);
 }
@@ -438,7 +438,7 @@ static int check_round(const scene *s, const double *centre, double r, int round
         double distance = sign * (sqrt(radius) - r);
         for (int k = 0; k < s->stencil.count && whole; k++) {
             const double *xi = s->stencil.xi + k * PD_DIM;
-            int32_t far = node + s->bonds.shift[k];
+            int32_t far = node + s->bonds.paths.shift[k];
             int i[PD_DIM];
             if (is_open(&s->bonds, node, k)) continue;
             double t = hit_round(x, xi, centre, r, round), reach = 0.0, xi2 = 0.0;
@@ -545,7 +545,8 @@ TEST(thin_plate_off_the_lattice)
             for (int k = 0; k < s->stencil.count; k++) {
                 if (pdi_bond_open(&s->bonds, r, k)) continue;
                 double surface = x[0] < 5.5 ? 5.15 : 5.85;
-                CHECK_NEAR(pdi_bond_meet(&s->bonds, r, k, place), (surface - x[0]) / s->stencil.xi[k * PD_DIM], 1e-12);
+                CHECK_NEAR(pdi_bond_meet(&s->bonds.paths, s->bonds.node[r], k, place),
+                           (surface - x[0]) / s->stencil.xi[k * PD_DIM], 1e-12);
                 CHECK_NEAR(place[0], surface, 1e-12);
                 cuts++;
             }
@@ -588,8 +589,8 @@ TEST(mirrored_bonds)
             }
             CHECK_INT(pdi_bond_open(&s->bonds, r, k), pdi_bond_open(&s->bonds, q, far));
             if (pdi_bond_open(&s->bonds, r, k)) continue;
-            t = pdi_bond_meet(&s->bonds, r, k, place);
-            other = pdi_bond_meet(&s->bonds, q, far, place);
+            t = pdi_bond_meet(&s->bonds.paths, s->bonds.node[r], k, place);
+            other = pdi_bond_meet(&s->bonds.paths, s->bonds.node[q], far, place);
             off = fmax(off, fabs(t - other));
             cuts++;
         }
@@ -699,7 +700,7 @@ TEST(cut_boxes)
                 if (r < 0 || q < 0) continue;
                 rows++;
                 other += c->bonds.smooth[r] != s->bonds.smooth[q];
-                for (int w = 0; w < c->bonds.words; w++)
+                for (int w = 0; w < c->bonds.paths.words; w++)
                     other += c->bonds.mask[(int64_t)w * c->bonds.capacity + r] !=
                              s->bonds.mask[(int64_t)w * s->bonds.capacity + q];
                 off = fmax(off, fabs(c->bonds.wall_lap[r] / s->bonds.wall_lap[q] - 1.0));

@@ -116,7 +116,7 @@ static double measure(const scene *s)
         pdi_grid_index(&s->grid, i, at);
         if (!pdi_grid_inside(&s->grid, at) || s->grid.kind[i] != PD_SOLID) continue;
         for (int k = 0; k < s->stencil.count; k++)
-            if (s->grid.kind[pdi_entry_far(&s->bonds, i, k)] == PD_FLUID) sum += s->dissolve.kernel.weight[k];
+            if (s->grid.kind[pdi_entry_far(&s->bonds.paths, i, k)] == PD_FLUID) sum += s->dissolve.kernel.weight[k];
     }
     return sum * H / area;
 }

@@ -323,7 +323,7 @@ BUILD(dissolve, pd_dissolve)
 {
     pd_dissolve_desc d = l->pin.dissolve.desc;
     if (l->wrong) d.solid = -1.0;
-    return pd_dissolve_build(ctx, &l->pin.grid, &l->pin.bonds, &l->pin.transport, &d, o);
+    return pd_dissolve_build(ctx, &l->pin.grid, &l->pin.stencil, &l->pin.transport, &d, o);
 }
 
 /* The same build with bonds across the front. */
@@ -335,7 +335,7 @@ BUILD(bonds_of_metal, pd_dissolve)
     d.stochastic = 1;
     d.repassivation = 0.1 * d.saturation;
     if (l->wrong) d.rtol = -1.0;
-    return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.bonds, &l->pit.transport, &d, o);
+    return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
 INNER(observe, pd_observables) { return pdi_observe_build(ctx, &l->pit, o); }

@@ -530,7 +530,7 @@ TEST(bad_input)
         if (k == 4) desc.threshold = (double)NAN;
         if (k == 5) desc.rate = NULL;
         if (k == 6) desc.solid = HUGE_VAL;
-        CHECK_INT(pd_dissolve_build(&s->ctx, &s->grid, &s->bonds, &s->transport, &desc, &other), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &desc, &other), PD_ERR_ARGUMENT);
         CHECK(strncmp(s->ctx.message, "dissolve: ", 10) == 0);
         pd_dissolve_free(&s->ctx, &other);
     }

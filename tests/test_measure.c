@@ -129,7 +129,7 @@ TEST(walls_give_what_planes_carry)
         if (side / 2 != 1) s->grid_desc.side[side] = PD_SIDE_MIRROR;
     if (!scene_build(s)) return;
     CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
-    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
     CHECK_REL(area, 2.0 * depth(), 1e-12);
     CHECK_REL(flux, D * 2.0 * depth(), 1e-2);
     for (int index = 1; index < 10; index += 4) {
@@ -137,7 +137,7 @@ TEST(walls_give_what_planes_carry)
         if (index == 5) CHECK_REL(plane.species, flux, 1e-8);
         CHECK(isnan(plane.bulk));
     }
-    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, 0, layer, part);
+    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, layer, part);
     double sum = 0.0, whole = 0.0;
     for (int k = 0; k < 20; k++) {
         sum += layer[k];
@@ -146,7 +146,7 @@ TEST(walls_give_what_planes_carry)
     CHECK_REL(sum, flux, 1e-12);
     CHECK_REL(whole, area, 1e-12);
     lo[1] = 0.5, hi[1] = 1.0;
-    pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
     CHECK_REL(flux, -sum, 1e-8);
     scene_free(s);
 }
@@ -171,7 +171,7 @@ TEST(area_of_a_ball)
         s->grid_desc.wall = &s->shapes[0];
         s->transport_desc.held = everywhere;
         if (!scene_build(s)) return;
-        pd_measure_exchange(&s->ctx, &s->transport, NULL, lo, hi, -1, &flux, &area);
+        pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
         double exact = PD_DIM == 2 ? 2.0 * pi * 0.25 : 2.0 * pi * 0.25 * 0.25;
         CHECK_REL(area, exact, 2e-2);
         scene_free(s);

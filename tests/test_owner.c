@@ -274,7 +274,7 @@ TEST(names_and_units)
     stencil.count = 6;
     bonds.grid = &grid;
     bonds.stencil = &stencil;
-    bonds.words = 1;
+    bonds.paths.words = 1;
     bonds.capacity = 50;
     flow.grid = &grid;
     flow.bonds = transport.bonds = transport.flux.bonds = &bonds;

@@ -367,7 +367,7 @@ static pd_status matrix_build(kernels *k, int32_t *number, matrix *a)
         a->x[number[i]] = k->f[i];
         for (int j = 0; j < st->count; j++, at++) {
             if (at == diagonal) a->col[at++] = number[i];
-            a->col[at] = number[i + k->lab.bonds.shift[j]];
+            a->col[at] = number[i + k->lab.bonds.paths.shift[j]];
             a->value[at] = st->lap[j];
             a->value[diagonal] -= st->lap[j];
         }

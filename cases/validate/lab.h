@@ -70,7 +70,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
         PDI_TRY(
-            pd_dissolve_build(ctx, &lab->grid, &lab->bonds, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
+            pd_dissolve_build(ctx, &lab->grid, &lab->stencil, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
         PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid,
                                 lab->transport_desc.given ? NULL : &lab->bonds, &lab->couple));

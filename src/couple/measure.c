@@ -54,20 +54,18 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Area of the surfaces that give metal, as row r sees it. Each of its bonds that ends behind such a surface counts
+/* Area of the surfaces that give metal, as a node sees it. Each of its bonds that ends behind such a surface counts
  * c(n) V. */
-static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolve, int32_t r)
+static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
-    const pd_bonds *bonds = t->bonds;
-    const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r];
+    const pd_stencil *s = paths->stencil;
     double sum = 0.0, x[PD_DIM];
     for (int k = 0; k < s->count; k++) {
-        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + bonds->shift[k]])) continue;
-        int32_t cell = node + bonds->cell_shift[s->group_cell[pdi_bond_closed_group(bonds, node, k)]];
+        if (!(s->area[k] > 0.0) || pdi_grid_open(t->grid->kind[node + paths->shift[k]])) continue;
+        int32_t cell = node + paths->cell_shift[s->group_cell[pdi_path_closed_group(paths, node, k)]];
         int gives = dissolve && t->grid->kind[cell] == PD_SOLID;
         if (!gives && t->desc.held) {
-            pdi_bond_meet(bonds, r, k, x);
+            pdi_bond_meet(paths, node, k, x);
             gives = t->desc.held(t->desc.user, x) >= 0.0;
         }
         if (gives) sum += s->area[k] * s->volume * pdi_grid_around(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
@@ -75,24 +73,23 @@ static double pdi_measure_area(const pd_transport *t, const pd_dissolve *dissolv
     return sum;
 }
 
-void pd_measure_exchange(pd_ctx *ctx, const pd_transport *t, const pd_dissolve *dissolve, const double *lo,
-                         const double *hi, int axis, double *flux, double *area)
+void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve,
+                         const double *lo, const double *hi, int axis, double *flux, double *area)
 {
-    const pd_bonds *bonds = t->bonds;
     const pd_grid *grid = t->grid;
     int layers = axis < 0 ? 1 : grid->n[axis];
     (void)ctx;
     for (int k = 0; k < layers; k++) flux[k] = area[k] = 0.0;
-    for (int32_t r = 0; r < bonds->rows; r++) {
+    for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
-        int32_t node = bonds->node[r];
-        if (!pdi_measure_inside(grid, node, lo, hi)) continue;
+        if (grid->kind[node] != PD_FLUID || !pdi_measure_inside(grid, node, lo, hi)) continue;
         pdi_grid_index(grid, node, i);
         int k = axis < 0 ? 0 : i[axis];
+        area[k] += pdi_measure_area(paths, t, dissolve, node);
         double gain = t->source[node] - t->absorb[node] * t->c[node];
-        gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
-        flux[k] += gain * bonds->stencil->volume * pdi_grid_circumference(grid, node);
-        area[k] += pdi_measure_area(t, dissolve, r);
+        if (t->bonds->row[node] >= 0)
+            gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
+        flux[k] += gain * paths->stencil->volume * pdi_grid_circumference(grid, node);
     }
 }
 

@@ -98,7 +98,7 @@ static double pdi_flow_more(const pd_flow *flow, const double *u, const double *
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * total + node;
-            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->shift[k]]);
+            more -= s->grad[k * PD_DIM + d] * (advecting[at] + advecting[at + bonds->paths.shift[k]]);
         }
     }
     return more;
@@ -157,7 +157,7 @@ static int pdi_flow_join(pd_flow *flow, int32_t r)
     int32_t least = flow->patch[r];
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t j = bonds->node[r] + bonds->shift[k];
+            int32_t j = bonds->node[r] + bonds->paths.shift[k];
             if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
             int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
             if (other < 0 || flow->patch[other] < 0) continue;
@@ -248,7 +248,7 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
                               pdi_flow_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->shift[k];
+    int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
     const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
     const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
@@ -289,7 +289,7 @@ PDI_INLINE void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
         if (which == PDI_OPEN_NONE) continue;
-        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET ? 0.0 : 1.0;
+        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET ? 0.0 : 1.0;
         for (int b = 0; b < count && which == PDI_OPEN_ALL; b++) own->open[b] = 1.0;
         pdi_flow_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
@@ -397,7 +397,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
 PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
-    int32_t total = flow->grid->total, j = i + flow->bonds->shift[k];
+    int32_t total = flow->grid->total, j = i + flow->bonds->paths.shift[k];
     double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
     const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
     double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
@@ -446,7 +446,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *pushed, doub
         if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
         double volume = s->volume * pdi_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
-            if (grid->kind[i + bonds->shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
+            if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
                 taken -= volume * pdi_flow_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
             double part = pdi_flow_pushed(flow, i, side / 2, side % 2);
@@ -725,8 +725,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         double sum = 0.0;
         int found = 0;
         for (int k = 0; k < bonds->stencil->count; k++) {
-            int32_t j = changed[c] + bonds->shift[k];
-            if (flow->grid->kind[j] != PD_FLUID || pdi_bond_closed_group(bonds, changed[c], k) >= 0) continue;
+            int32_t j = changed[c] + bonds->paths.shift[k];
+            if (flow->grid->kind[j] != PD_FLUID || pdi_path_closed_group(&bonds->paths, changed[c], k) >= 0) continue;
             sum += flow->p[j];
             found++;
         }

@@ -162,7 +162,7 @@ static double pdi_force_hand(const pd_flow *flow, int32_t r, int k, double *x)
     const pd_bonds *bonds = flow->bonds;
     const double *b = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM, *g = bonds->stencil->grad + k * PD_DIM;
     int32_t node = bonds->node[r];
-    double p = 0.5 * (flow->p[node] + flow->p[node + bonds->shift[k]]);
+    double p = 0.5 * (flow->p[node] + flow->p[node + bonds->paths.shift[k]]);
     for (int d = 0; d < PD_DIM; d++) {
         x[d] = -p * g[d];
         for (int e = 0; e < PD_DIM; e++) x[d] += p * g[e] * b[e * PD_DIM + d];
@@ -186,7 +186,7 @@ static void pdi_force_take(pdi_force_query *q, int32_t r)
     pdi_force_press_all(flow, r, press);
     for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_bond_open(bonds, r, k) || flow->grid->kind[node + bonds->shift[k]] == PD_INLET) continue;
+        if (!pdi_bond_open(bonds, r, k) || flow->grid->kind[node + bonds->paths.shift[k]] == PD_INLET) continue;
         double p = pdi_force_hand(flow, r, k, hand);
         double deep = pdi_vec_dot(s->xi + k * PD_DIM, face.into);
         for (int d = 0; d < PD_DIM; d++) at[d] = face.foot[d] + s->xi[k * PD_DIM + d] - deep * face.into[d];

@@ -145,7 +145,7 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
         pdi_bond_gate gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
             pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-            const double *far = q + bonds->shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
+            const double *far = q + bonds->paths.shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
             if (lanes == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
             for (int d = 0; d < PD_DIM; d++)
@@ -198,7 +198,7 @@ static inline double pdi_gas_limited(double a, double b)
 static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
 {
     const double *xi = gas->bonds->stencil->xi + k * PD_DIM;
-    int64_t total = gas->grid->total, shift = gas->bonds->shift[k];
+    int64_t total = gas->grid->total, shift = gas->bonds->paths.shift[k];
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         const double *near = gas->primitive + c * total + i;
         const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
@@ -368,7 +368,8 @@ static void pdi_gas_passing(const pd_gas *gas, double *out, double *in)
         int32_t i = gas->open[o], row = bonds->row[i];
         pdi_gas_face face;
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]) || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+            if (!pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]) ||
+                (row >= 0 && !pdi_bond_open(bonds, row, k)))
                 continue;
             double weight = pdi_gas_bond(s, k, n);
             pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
@@ -491,7 +492,7 @@ static void pdi_gas_flatten(pd_gas *gas)
         if (gas->flag[i] != 1) continue;
         gas->lowered++;
         for (int k = -1; k < bonds->stencil->count; k++) {
-            int32_t j = k < 0 ? i : i + bonds->shift[k];
+            int32_t j = k < 0 ? i : i + bonds->paths.shift[k];
             if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_image(grid, j, NULL);
             for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->slope[c * total + j] = 0.0;
         }
@@ -666,7 +667,7 @@ static void pdi_gas_wall_build(const pd_bonds *bonds, int32_t r, double *face, d
     for (int d = 0; d < PD_DIM; d++) face[d] = along[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
-        int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
         double n[PD_DIM], weight = pdi_gas_bond(s, k, n);
         weights += weight;
         for (int d = 0; d < PD_DIM; d++) {
@@ -692,7 +693,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
             int open = 0;
             if (gas->grid->kind[i] != PD_FLUID) continue;
             for (int k = 0; k < bonds->stencil->count && !open; k++)
-                open = pdi_gas_behind(gas->grid->kind[i + bonds->shift[k]]);
+                open = pdi_gas_behind(gas->grid->kind[i + bonds->paths.shift[k]]);
             if (open && fill) gas->open[found] = i;
             found += open;
         }

@@ -128,8 +128,8 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
     if (row < 0 && !lap) {
         for (int k = 0; k < s->count / 2; k++) {
             const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
-            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
-            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->shift[k]);
+            pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
+            pdi_jacobian_view back = pdi_jacobian_look(q, (int64_t)i - bonds->paths.shift[k]);
             pdi_jacobian_pair(&own, weight, twice_nu * weight[2 * PD_DIM], &far, &back, count, sums);
         }
         return;
@@ -140,9 +140,9 @@ PDI_INLINE void pdi_jacobian_sum(const pd_jacobian *q, int32_t i, int32_t row, i
         if (row >= 0) {
             if (pdi_bond_gate_of(bonds, row, k, count, &gate) == PDI_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_gate_value(&gate, k, b);
-            if (row >= bonds->plain && flow->grid->kind[i + bonds->shift[k]] == PD_INLET) pressure = 0.0f;
+            if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
         }
-        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->shift[k]);
+        pdi_jacobian_view far = pdi_jacobian_look(q, (int64_t)i + bonds->paths.shift[k]);
         pdi_jacobian_bond(&own, weight, a, twice_nu * a, lap ? (float)pdi_bond_flux(bonds, i, k) : 1.0f, open, pressure,
                           &far, count, sums);
     }

@@ -24,19 +24,6 @@
 /* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
-PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k)
-{
-    const pd_stencil *s = bonds->stencil;
-    const uint8_t *kind = bonds->grid->kind;
-    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
-        int closed = 1;
-        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
-            closed = !pdi_grid_open(kind[node + bonds->cell_shift[c]]);
-        if (closed) return g;
-    }
-    return -1;
-}
-
 /* Where a cut bond meets the surface. */
 typedef struct pdi_cut {
     double t;              /* fraction of the bond */
@@ -49,13 +36,13 @@ typedef struct pdi_cut {
 
 /* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
  * near side is open. */
-static void pdi_bond_face_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
-    const pd_stencil *s = bonds->stencil;
-    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = paths->stencil;
+    const pd_grid *grid = paths->grid;
     const int *n = s->offset + k * PD_DIM;
     int axes = s->group_axes[group], used = 0;
-    int32_t at = node + bonds->cell_shift[s->group_cell[group]];
+    int32_t at = node + paths->cell_shift[s->group_cell[group]];
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
     cut->distance = cut->mean = cut->bend = 0.0;
@@ -83,13 +70,13 @@ static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x,
 }
 
 /* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
-static int pdi_bond_receded(const pd_bonds *bonds, int shape, int32_t node, int k, int group)
+static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
 {
-    const pd_stencil *s = bonds->stencil;
-    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = paths->stencil;
+    const pd_grid *grid = paths->grid;
     double x[PD_DIM];
     for (int c = s->group_cell[s->group_first[k]]; c < s->group_cell[group]; c++) {
-        int32_t at = node + bonds->cell_shift[c];
+        int32_t at = node + paths->cell_shift[c];
         if (!pdi_grid_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
         if (pdi_grid_level(grid, shape, x) <= 0.0) return 1;
@@ -223,17 +210,17 @@ static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double 
     cut->bend -= round * reach * reach;
 }
 
-static void pdi_bond_cut(const pd_bonds *bonds, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
-    const pd_grid *grid = bonds->grid;
-    const pd_stencil *s = bonds->stencil;
-    int32_t closed = node + bonds->cell_shift[s->group_cell[group]];
+    const pd_grid *grid = paths->grid;
+    const pd_stencil *s = paths->stencil;
+    int32_t closed = node + paths->cell_shift[s->group_cell[group]];
     int walled = pdi_bond_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
     double x[PD_DIM];
-    pdi_bond_face_cut(bonds, node, k, group, cut);
+    pdi_bond_face_cut(paths, node, k, group, cut);
     pd_grid_position(grid, node, x);
     /* a tube that touches the box: its wall lies at or before the side */
-    if (shape >= 0 && !pdi_bond_receded(bonds, shape, node, k, group))
+    if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
         pdi_bond_shape_cut(grid, shape, x, s->xi + k * PD_DIM, walled ? cut->t : PDI_BOND_MAX_T, cut);
     if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
     if (grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
@@ -261,7 +248,7 @@ static int pdi_bond_invert(const double *norm, const double *moment, const doubl
 static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
-        uint8_t kind = bonds->grid->kind[node + bonds->shift[k]];
+        uint8_t kind = bonds->grid->kind[node + bonds->paths.shift[k]];
         if (kind != PD_FLUID && kind != PD_OUTLET && kind != PD_IMAGE) return 0;
     }
     return 1;
@@ -283,13 +270,12 @@ static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const 
     *curv -= half * cut->bend * slope * 0.5 * cut->distance;
 }
 
-PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x)
+PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
 {
-    const double *xi = bonds->stencil->xi + k * PD_DIM;
-    int32_t node = bonds->node[row];
+    const double *xi = paths->stencil->xi + k * PD_DIM;
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
-    pd_grid_position(bonds->grid, node, x);
+    pdi_bond_cut(paths, node, k, pdi_path_closed_group(paths, node, k), &cut);
+    pd_grid_position(paths->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
     return cut.t;
 }
@@ -297,9 +283,9 @@ PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_bond_closed_group(bonds, node, k);
+    int group = pdi_path_closed_group(&bonds->paths, node, k);
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, group, &cut);
+    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, end->x);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
@@ -309,7 +295,7 @@ PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bon
     end->t = cut.t;
     end->lap = end->curv = 0.0;
     pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
-    end->cell = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    end->cell = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     end->side = pdi_bond_walled(bonds->grid, end->cell);
     end->smooth = cut.smooth;
 }
@@ -323,16 +309,16 @@ PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const doubl
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_bond_closed_group(bonds, node, k);
-    int32_t closed = node + bonds->cell_shift[bonds->stencil->group_cell[group]];
+    int group = pdi_path_closed_group(&bonds->paths, node, k);
+    int32_t closed = node + bonds->paths.cell_shift[bonds->stencil->group_cell[group]];
     int walled = pdi_bond_walled(bonds->grid, closed), shape = pdi_bond_shape(bonds->grid, closed, walled);
     pdi_cut cut;
-    pdi_bond_cut(bonds, node, k, group, &cut);
+    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, x);
     for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
     if (cut.t > 1.0 + 1e-9) return -1;
-    if (walled || shape < 0 || pdi_bond_receded(bonds, shape, node, k, group)) return closed;
+    if (walled || shape < 0 || pdi_bond_receded(&bonds->paths, shape, node, k, group)) return closed;
     return fabs(pdi_grid_level(bonds->grid, shape, x)) < PDI_BOND_OFF * bonds->grid->h[0] ? closed : -1;
 }
 
@@ -347,9 +333,9 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
     for (int k = 0; k < s->count; k++) {
         pdi_cut cut;
         double lap = 0.0, curv = 0.0;
-        int group = pdi_bond_closed_group(bonds, node, k);
+        int group = pdi_path_closed_group(&bonds->paths, node, k);
         if (group < 0) continue;
-        pdi_bond_cut(bonds, node, k, group, &cut);
+        pdi_bond_cut(&bonds->paths, node, k, group, &cut);
         pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
@@ -393,7 +379,7 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
         int place = pdi_bond_leg(s, k);
         pdi_cut cut;
         if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_cut(bonds, node, k, pdi_bond_closed_group(bonds, node, k), &cut);
+        pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
         double excess = 2.0 * s->base[k] * fmax(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
@@ -423,15 +409,15 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(norm, 0, sizeof norm);
-    for (int w = 0; w < bonds->words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
+    for (int w = 0; w < bonds->paths.words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
     bonds->inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
-        if (pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        if (pdi_path_closed_group(&bonds->paths, node, k) >= 0) continue;
         bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
-        int inlet = grid->kind[node + bonds->shift[k]] == PD_INLET;
+        int inlet = grid->kind[node + bonds->paths.shift[k]] == PD_INLET;
         if (inlet) bonds->inlet[r] = 1;
         for (int i = 0; i < N; i++) {
             if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
@@ -456,7 +442,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     int64_t rows = bonds->capacity;
     PDI_ARRAY(owner, bonds, node, rows, "1");
-    PDI_ARRAY(owner, bonds, mask, rows * bonds->words, "1");
+    PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_AT_REST) return;
@@ -490,7 +476,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         pd_bonds old = *b;
         if (used) {
             memcpy(fresh.node, b->node, used * sizeof *b->node);
-            for (int w = 0; w < b->words; w++)
+            for (int w = 0; w < b->paths.words; w++)
                 memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
@@ -524,7 +510,7 @@ static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int32_t node = b->node[r];
-    for (int w = 0; w < b->words; w++) {
+    for (int w = 0; w < b->paths.words; w++) {
         uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
         mask[q] = keep;
@@ -640,9 +626,7 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     const pd_stencil *stencil = bonds->stencil;
     if (!stencil) return;
-    PDI_ARRAY(owner, bonds, shift, stencil->count, "1");
     PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
-    PDI_ARRAY(owner, bonds, cell_shift, stencil->cells, "1");
     PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
     PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
@@ -654,20 +638,16 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;
-    bonds->words = (stencil->count + 31) / 32;
     bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
+    PDI_TRY(pdi_path_build(ctx, stencil, grid, &bonds->paths));
     PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
     PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
     PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
     PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
-    for (int k = 0; k < stencil->count; k++)
-        for (int d = 0; d < PD_DIM; d++) bonds->shift[k] += stencil->offset[k * PD_DIM + d] * grid->stride[d];
     pdi_grid_line_shift(grid, stencil, bonds->line_shift);
-    for (int c = 0; c < stencil->cells; c++)
-        for (int d = 0; d < PD_DIM; d++) bonds->cell_shift[c] += stencil->cell[c * PD_DIM + d] * grid->stride[d];
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
@@ -730,9 +710,9 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
                             (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
             if (!pdi_bond_open(b, r, k)) continue;
-            int32_t other = b->node[r] + b->shift[k];
+            int32_t other = b->node[r] + b->paths.shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
-            if (pdi_bond_closed_group(b, other, s->count - 1 - k) >= 0)
+            if (pdi_path_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
                 return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
@@ -749,6 +729,7 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
     pdi_ghosts_free(ctx, &b->ghosts);
     pdi_spans_free(ctx, &b->spans);
     pdi_axisym_free(ctx, &b->axisym);
+    pdi_path_free(ctx, &b->paths);
     memset(b, 0, sizeof *b);
 }
 PDI_COLD_END

@@ -11,6 +11,7 @@
 #include "core/owner.h"
 #include "lattice/span.h"
 #include "lattice/ghost.h"
+#include "lattice/path.h"
 #include "lattice/axisym.h"
 
 /* Velocity [m/s] at position x [m]. */
@@ -34,9 +35,8 @@ typedef struct pd_bonds {
     pd_ghosts ghosts;    /* of the grid: whoever has bonds can fill the far ends */
     pd_spans spans;      /* of the grid */
     int options;         /* pd_bonds_options */
-    int32_t *shift;      /* [count] node id of the far end minus that of the node */
-    int32_t *line_shift; /* [lines of the stencil] the same for the lines */
-    int32_t *cell_shift; /* [cells] the same for the cells of the paths */
+    pd_paths paths;      /* of the stencil on the grid */
+    int32_t *line_shift; /* [lines of the stencil] node id on a line minus that of the node at its middle */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a whole family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
     int32_t *row;        /* [total] row of a node; -1: whole family, or not fluid */
@@ -44,9 +44,8 @@ typedef struct pd_bonds {
     uint32_t *renewed;   /* [total] version in which the kind of the node or its bonds were renewed; 0: none so far */
     int32_t rows, capacity;
     int32_t plain;       /* rows [0, plain) are in the order of their nodes and see no inlet; the others come behind */
-    int words;           /* of a mask */
     int32_t *node;       /* [capacity] */
-    uint32_t *mask;      /* [words][capacity] bit k % 32 of word k / 32: bond k is open */
+    uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5) */
@@ -148,8 +147,8 @@ static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row
  * the same with their part of wall_curv. */
 PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
                                  double *motion, double *curved);
-/* Fraction t at which the cut bond k of a row meets the surface, and the place x [m]. */
-PDI_FN double pdi_bond_meet(const pd_bonds *bonds, int32_t row, int k, double *x);
+/* Fraction t at which the cut bond k of a node meets the surface, and the place x [m]. */
+PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x);
 /* The place x [m] where cut bond k of a row meets the surface, and the normal towards the fluid; the closed node behind
  * it, or -1 where the line only grazes the cells of a smooth surface. */
 PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
@@ -166,8 +165,6 @@ typedef struct pdi_bond_end {
     int smooth;          /* 1: on a shape, where the surface is curved or inclined against the lattice */
 } pdi_bond_end;
 PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
-/* First closed group on bond k from `node` (index into the stencil's groups); -1: open. */
-PDI_FN int pdi_bond_closed_group(const pd_bonds *bonds, int32_t node, int k);
 #endif
 
 #endif

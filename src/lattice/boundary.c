@@ -31,7 +31,7 @@ PDI_FN int pdi_boundary_any(const pd_grid *grid)
 static void pdi_boundary_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t row = bonds->row[i], j = i + bonds->shift[k];
+        int32_t row = bonds->row[i], j = i + bonds->paths.shift[k];
         int open = row < 0 || pdi_bond_open(bonds, row, k);
         far[k] = open && bonds->grid->kind[j] != PD_OUTLET ? j : i;
     }
@@ -93,7 +93,7 @@ static int pdi_boundary_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
 {
     int32_t row = bonds->row[i];
     for (int k = 0; k < bonds->stencil->count; k++)
-        if (bonds->grid->kind[i + bonds->shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
+        if (bonds->grid->kind[i + bonds->paths.shift[k]] == port && (row < 0 || pdi_bond_open(bonds, row, k))) return 1;
     return 0;
 }
 
@@ -102,7 +102,7 @@ static int64_t pdi_boundary_spread(const pd_bonds *bonds, int32_t i, uint8_t *ma
 {
     int64_t found = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t j = i + bonds->shift[k];
+        int32_t j = i + bonds->paths.shift[k];
         if (bonds->row[i] >= 0 && !pdi_bond_open(bonds, bonds->row[i], k)) continue;
         if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_image(bonds->grid, j, NULL);
         if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;

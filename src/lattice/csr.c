@@ -63,14 +63,14 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     switch (w->desc->op) {
     case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
     case PD_CSR_DIFFUSE: {
-        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->shift[k]]];
+        double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->paths.shift[k]]];
         double lower = one < other ? one : other, upper = one < other ? other : one;
         weight = upper > 0.0 ? pdi_bond_lap(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0; /* eq. 5.2 */
         break;
     }
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
-        if (r >= 0 && b->grid->kind[i + b->shift[k]] == PD_INLET) break;
+        if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
         for (int e = 0; e < PD_DIM && r >= 0; e++)
             weight += b->moment[((int64_t)r * PD_DIM + axis) * PD_DIM + e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
@@ -93,7 +93,7 @@ static void pdi_csr_row(pdi_csr_work *w, int32_t i)
         if (r >= 0 && !pdi_bond_open(b, r, k)) continue;
         double weight = pdi_csr_weight(w, i, k, &own);
         sum += own;
-        if (weight != 0.0) pdi_csr_add(w, i + b->shift[k], weight);
+        if (weight != 0.0) pdi_csr_add(w, i + b->paths.shift[k], weight);
     }
     /* the opposite bonds of a whole family cancel to the last bit in op.h */
     if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;

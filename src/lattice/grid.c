@@ -304,7 +304,7 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
-    grid->ghost = stencil->reach;
+    grid->ghost = desc->ghost > stencil->reach ? desc->ghost : stencil->reach;
     for (int d = 0; d < PD_DIM; d++) {
         double edge = desc->hi[d] - desc->lo[d], cells = edge / stencil->h[d];
         if (!(edge > 0.0) || !(cells < 2e9))
@@ -342,16 +342,16 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
 }
 
 /* The circumferences of the rows; what would not conserve is refused. */
-static pd_status pdi_grid_rings(pd_ctx *ctx, const pd_stencil *stencil, pd_grid *grid)
+static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
     if (PD_DIM != 2)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "axisymmetric in %dD, expected PD_DIM = 2 with axes z and r",
                         PD_DIM);
-    if (!at_axis && !(grid->lo[r] >= stencil->reach * grid->h[r]))
+    if (!at_axis && !(grid->lo[r] >= grid->ghost * grid->h[r]))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "an axisymmetric box begins at r = %g m, expected 0 or at least one horizon, %g m", grid->lo[r],
-                        stencil->reach * grid->h[r]);
+                        grid->ghost * grid->h[r]);
     if (at_axis && grid->side[2 * r] != PD_SIDE_MIRROR)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid", "the side at the axis r = 0 has type %d, expected mirror",
                         (int)grid->side[2 * r]);
@@ -389,7 +389,7 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "solid and wall point into shapes, which is NULL: an array of shapes is expected");
     PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
-    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, stencil, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
     grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;

@@ -1,7 +1,7 @@
 /* grid: the uniform lattice with ghost layers, the kind of every node, the geometry behind it.
  *
  * Nodes are cell centres: x_a = lo_a + (i_a + 1/2) h_a, axis 0 fastest in memory. Ghost layers, as deep as the
- * stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
+ * longest stencil reaches, lie on every side, so that a bond of a fluid node never leaves the arrays.
  */
 #ifndef PD_GRID_H
 #define PD_GRID_H
@@ -37,6 +37,7 @@ typedef struct pd_grid_desc {
     const pd_shape *shapes;        /* array, borrowed for the life of the grid; NULL: none */
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
+    int ghost;                     /* layers of ghosts at least; 0: as deep as the stencil reaches */
     pd_entry_fn entry;             /* on sides that are inlet or outlet, says which, place by place; NULL: as `side`
                                     * says */
     void *entry_user;

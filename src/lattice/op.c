@@ -63,7 +63,8 @@ static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i
     const pd_stencil *s = bonds->stencil;
     memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
-        const double *far = f + i + bonds->shift[k], *back = f + i - bonds->shift[k], *g = s->grad + k * PD_DIM;
+        int32_t shift = bonds->paths.shift[k];
+        const double *far = f + i + shift, *back = f + i - shift, *g = s->grad + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
             for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
@@ -79,11 +80,11 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        const double *far = field + i + bonds->shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
+        const double *far = field + i + bonds->paths.shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
-        if (r >= bonds->plain && bonds->grid->kind[i + bonds->shift[k]] == PD_INLET) continue;
+        if (r >= bonds->plain && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
             double difference = which == PDI_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
             for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
@@ -140,7 +141,7 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
-            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->shift[k];
+            const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->paths.shift[k];
             double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
             for (int b = 0; b < count; b++)
                 sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
@@ -161,7 +162,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
     for (int k = 0; k < s->count / 2; k++)
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i;
-            const double *far = u + w->bonds->shift[k], *back = u - w->bonds->shift[k];
+            const double *far = u + w->bonds->paths.shift[k], *back = u - w->bonds->paths.shift[k];
             double g = s->grad[k * PD_DIM + d];
             for (int b = 0; b < count; b++) sum[b] += g * (far[b] - back[b]);
         }
@@ -191,7 +192,7 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        const double *far = f + bonds->shift[k];
+        const double *far = f + bonds->paths.shift[k];
         double a = lap[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;
@@ -244,7 +245,7 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     memset(sum, 0, sizeof sum);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        const double *far = f + bonds->shift[k], *d_far = d + bonds->shift[k];
+        const double *far = f + bonds->paths.shift[k], *d_far = d + bonds->paths.shift[k];
         double a = lap[k];
         pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
         if (which == PDI_OPEN_NONE) continue;

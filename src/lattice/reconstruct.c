@@ -32,7 +32,7 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
 /* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
 static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
 {
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->shift[k]] != PD_INLET;
+    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
@@ -196,7 +196,7 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *sl
         for (int k = 0; k < s->count; k++) {
             if (!pdi_reconstruct_carries(bonds, r, k)) continue;
             const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
-            double difference = f[node + bonds->shift[k]] - f[node];
+            double difference = f[node + bonds->paths.shift[k]] - f[node];
             for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) sum[a] += difference * term[a];
         }
         for (int d = 0; d < PD_DIM; d++) {
@@ -222,7 +222,7 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += bend[a] * term[a];
         for (int d = 0; d < PD_DIM; d++)
-            wall[d] += weight * (u[d * total + node + bonds->shift[k]] - u[d * total + node]);
+            wall[d] += weight * (u[d * total + node + bonds->paths.shift[k]] - u[d * total + node]);
     }
 }
 
@@ -237,7 +237,7 @@ PDI_FN double pdi_reconstruct_value(const pd_bonds *bonds, const double *f, int3
     pdi_quadratic_value(&fit, at, f[node]);
     for (int k = 0; k < s->count; k++) {
         const int *n = s->offset + k * PD_DIM;
-        int32_t far = node + bonds->shift[k];
+        int32_t far = node + bonds->paths.shift[k];
         int square = 0;
         for (int d = 0; d < PD_DIM; d++) square += n[d] * n[d];
         if (square > PDI_QUADRATIC_SQUARE || bonds->grid->kind[far] == PD_INLET) continue;

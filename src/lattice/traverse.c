@@ -86,11 +86,11 @@ static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i
             inside = inside && far >= -grid->ghost && far < grid->n[d] + grid->ghost;
         }
         if (!inside) continue;
-        uint8_t far_kind = grid->kind[node + bonds->shift[k]];
+        uint8_t far_kind = grid->kind[node + bonds->paths.shift[k]];
         if (grid->kind[node] != PD_FLUID && far_kind != PD_FLUID) continue;
         int port = far_kind == PD_INLET || far_kind == PD_OUTLET;
         if (port && i[axis] + s->offset[k * PD_DIM + axis] < grid->n[axis]) continue; /* passes a side beside */
-        if (!pdi_grid_open(far_kind) || pdi_bond_closed_group(bonds, node, k) >= 0) continue;
+        if (!pdi_grid_open(far_kind) || pdi_path_closed_group(&bonds->paths, node, k) >= 0) continue;
         pdi_sum_add(sum, flux(user, node, k) * pdi_grid_circumference(grid, node));
     }
 }

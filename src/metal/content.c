@@ -52,17 +52,17 @@ PDI_FN void pdi_content_collect(pd_dissolve *d)
 PDI_FN int pdi_content_is_exposed(const pd_dissolve *d, int32_t j)
 {
     if (d->grid->kind[j] != PD_SOLID) return 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++)
-        if (d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_FLUID) return 1;
+    for (int k = 0; k < d->paths.stencil->count; k++)
+        if (d->grid->kind[pdi_entry_far(&d->paths, j, k)] == PD_FLUID) return 1;
     return 0;
 }
 
 /* Share of the far end of bond k of node j in what j hands over; 0: it gets nothing. */
 static double pdi_content_share(const pd_dissolve *d, int32_t j, int k, pdi_content_receiver receiver)
 {
-    int32_t i = pdi_entry_far(d->bonds, j, k);
+    int32_t i = pdi_entry_far(&d->paths, j, k);
     uint8_t wanted = receiver == PDI_CONTENT_FLUID ? PD_FLUID : PD_SOLID;
-    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(d->bonds, j, k)) return 0.0;
+    if (i == j || d->grid->kind[i] != wanted || !pdi_entry_free(&d->paths, j, k)) return 0.0;
     if (receiver == PDI_CONTENT_FLUID) return d->weight[k];
     if (receiver == PDI_CONTENT_BEHIND && d->rate[i] > PDI_CONTENT_SHELTERED * d->rate[j]) return 0.0;
     return d->weight[k] * pdi_metal_factor(d, i);
@@ -79,13 +79,13 @@ static void pdi_content_see(pd_dissolve *d, int32_t j, pdi_content_piece *p)
  * step began. */
 static void pdi_content_spread(pd_dissolve *d, int32_t i, pdi_content_piece *p)
 {
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_entry_far(d->bonds, i, k);
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t j = pdi_entry_far(&d->paths, i, k);
         if (d->grid->kind[j] != PD_SOLID && !(d->mark[j] & PDI_CONTENT_TURNED)) continue;
         if (pdi_metal_of(d, j) != pdi_metal_of(d, i)) continue;
         double weight = d->weight[k] * pdi_metal_factor(d, j);
         if (j == i || (d->mark[j] & PDI_CONTENT_SEEN) || !(weight > 0.0)) continue;
-        if (pdi_entry_free(d->bonds, i, k)) pdi_content_see(d, j, p);
+        if (pdi_entry_free(&d->paths, i, k)) pdi_content_see(d, j, p);
     }
 }
 
@@ -127,7 +127,7 @@ static void pdi_content_give(pd_dissolve *d, const pdi_content_piece *p)
     double share = p->has / p->gives;
     for (int32_t n = 0; n < p->count; n++) {
         int32_t j = p->node[n];
-        for (int k = 0; k < d->bonds->stencil->count && d->exposed[j]; k++) {
+        for (int k = 0; k < d->paths.stencil->count && d->exposed[j]; k++) {
             pdi_interface_find(d, j, k, &entry);
             for (int e = 0; e < entry.count; e++) {
                 int32_t i = entry.node[e];
@@ -200,16 +200,16 @@ static int pdi_content_pass_on(pd_dissolve *d, int32_t j, double rest)
 /* 1: bond k of node j leads to the same metal. */
 static int pdi_content_same(const pd_dissolve *d, int32_t j, int k)
 {
-    return pdi_metal_of(d, pdi_entry_far(d->bonds, j, k)) == pdi_metal_of(d, j);
+    return pdi_metal_of(d, pdi_entry_far(&d->paths, j, k)) == pdi_metal_of(d, j);
 }
 
 /* From the fluid into the metal at node j, of any length. */
 static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     for (int a = 0; a < PD_DIM; a++) normal[a] = 0.0;
     for (int k = 0; k < s->count; k++) {
-        uint8_t kind = d->grid->kind[pdi_entry_far(d->bonds, j, k)];
+        uint8_t kind = d->grid->kind[pdi_entry_far(&d->paths, j, k)];
         double sign = kind == PD_SOLID ? 1.0 : kind == PD_FLUID ? -1.0 : 0.0;
         for (int a = 0; a < PD_DIM; a++) normal[a] += sign * d->weight[k] * s->xi[k * PD_DIM + a];
     }
@@ -220,7 +220,7 @@ static void pdi_content_inward(const pd_dissolve *d, int32_t j, double *normal)
  * over two metals stays flat. -1: none. */
 static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double *inward, pdi_content_receiver receiver)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     const double *xi = s->xi + k * PD_DIM;
     double length = pdi_vec_dot(inward, inward), along = 0.0;
     int32_t n[PD_DIM];
@@ -240,7 +240,7 @@ static int pdi_content_path(const pd_dissolve *d, int32_t j, int k, const double
  * with. Without any metal it is rounding, and goes to the fluid around. */
 static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, double rest)
 {
-    int count = d->bonds->stencil->count;
+    int count = d->paths.stencil->count;
     double inward[PD_DIM] = {0.0};
     if (d->kinds > 1) pdi_content_inward(d, j, inward);
     for (int order = PDI_CONTENT_BEHIND; order <= PDI_CONTENT_FLUID; order++) {
@@ -255,7 +255,7 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
             int path = pdi_content_path(d, j, k, inward, receiver);
             double share = pdi_content_share(d, j, k, receiver) / sum;
             if (path < 0 || !(share > 0.0)) continue;
-            int32_t i = pdi_entry_far(d->bonds, j, path);
+            int32_t i = pdi_entry_far(&d->paths, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
@@ -276,8 +276,8 @@ static void pdi_content_expose(pd_dissolve *d, int32_t j)
     d->slot[j] = -1;
     d->lags = 1;
     d->mark[j] |= PDI_REACH_TOUCHED;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t i = pdi_entry_far(d->bonds, j, k);
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t i = pdi_entry_far(&d->paths, j, k);
         d->mark[i] |= PDI_REACH_TOUCHED;
         if (d->grid->kind[i] == PD_SOLID) d->exposed[i] = 1;
     }
@@ -288,9 +288,9 @@ static int pdi_content_spent(const pd_dissolve *d, int32_t j)
 {
     double left = pdi_metal_left(d, j);
     if (left <= PDI_CONTENT_EMPTY) return 1;
-    for (int k = 0; k < d->bonds->stencil->count && left <= d->lead; k++)
+    for (int k = 0; k < d->paths.stencil->count && left <= d->lead; k++)
         if (pdi_content_same(d, j, k) && pdi_content_share(d, j, k, PDI_CONTENT_BEHIND) > 0.0 &&
-            pdi_metal_left(d, pdi_entry_far(d->bonds, j, k)) > d->lead)
+            pdi_metal_left(d, pdi_entry_far(&d->paths, j, k)) > d->lead)
             return 1;
     return 0;
 }
@@ -322,10 +322,10 @@ static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
  * lies in between. -1: it is not. */
 static int32_t pdi_content_behind(const pd_dissolve *d, int32_t i, int k)
 {
-    int32_t at = pdi_entry_far(d->bonds, i, k);
+    int32_t at = pdi_entry_far(&d->paths, i, k);
     if (at == i || d->grid->kind[at] != PD_SOLID || (d->mark[at] & PDI_CONTENT_TURNED)) return -1;
     if (pdi_metal_of(d, at) != pdi_metal_of(d, i)) return -1;
-    return pdi_entry_free(d->bonds, i, k) ? at : -1;
+    return pdi_entry_free(&d->paths, i, k) ? at : -1;
 }
 
 /* Node i is below its end. It takes what it lacks from the metal in its reach, in proportion to the weights. No metal
@@ -338,11 +338,11 @@ static void pdi_content_take(pd_dissolve *d, int32_t i)
     while (lacks > 0.0 && again) {
         double sum = 0.0, given = 0.0, share = lacks;
         again = 0;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at >= 0 && c[at] > pdi_metal_end(d, at)) sum += d->weight[k];
         }
-        for (int k = 0; k < d->bonds->stencil->count && sum > 0.0; k++) {
+        for (int k = 0; k < d->paths.stencil->count && sum > 0.0; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at < 0 || !(c[at] > pdi_metal_end(d, at))) continue;
             double has = (c[at] - pdi_metal_end(d, at)) * pdi_metal_over(d, at, i), part = share * (d->weight[k] / sum);
@@ -377,12 +377,12 @@ static void pdi_content_give_up(pd_dissolve *d, int32_t i, double dt)
     while (left > 0.0 && full) {
         double sum = 0.0, given = 0.0;
         full = 0;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at >= 0 && pdi_content_receives(d, at, dt)) sum += d->weight[k];
         }
         if (!(sum > 0.0)) break;
-        for (int k = 0; k < d->bonds->stencil->count; k++) {
+        for (int k = 0; k < d->paths.stencil->count; k++) {
             int32_t at = pdi_content_behind(d, i, k);
             if (at < 0 || !pdi_content_receives(d, at, dt)) continue;
             double solid = pdi_metal_solid(d, at), room = (solid - c[at]) * pdi_metal_over(d, at, i);
@@ -439,7 +439,7 @@ static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
         pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
         c[i] = d->desc.bulk;
     }
-    d->rinsed = pdi_sum_total(&gone) * d->bonds->stencil->volume;
+    d->rinsed = pdi_sum_total(&gone) * d->paths.stencil->volume;
 }
 
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
@@ -472,8 +472,8 @@ PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *d, double 
     *volume = 0.0;
     for (int m = 0; m < d->kinds; m++) {
         double amount = pdi_grid_sum(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
-        stock += amount * d->bonds->stencil->volume;
-        *volume += amount / d->kind[m].solid * d->bonds->stencil->volume;
+        stock += amount * d->paths.stencil->volume;
+        *volume += amount / d->kind[m].solid * d->paths.stencil->volume;
     }
     return stock;
 }

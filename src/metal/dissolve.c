@@ -119,14 +119,14 @@ PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *object)
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
 static void pdi_dissolve_links(const pd_ctx *ctx, pd_dissolve *d)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     int nt = pdi_par_threads(ctx, (int64_t)d->grid->solid_count * s->count);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t j = 0; j < d->grid->total; j++) {
         int links = 0;
         if (d->grid->kind[j] != PD_SOLID) continue;
-        for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(d->bonds, j, k)] == PD_SOLID;
+        for (int k = 0; k < s->count; k++) links += d->grid->kind[pdi_entry_far(&d->paths, j, k)] == PD_SOLID;
         d->links[j] = (uint16_t)links;
         double supply = pdi_metal_solid(d, j) - d->desc.saturation;
         d->last[j] = d->desc.saturation + (1.0 - pdi_damage_last(d->desc.seed, j, links)) * supply;
@@ -157,15 +157,19 @@ static pd_status pdi_dissolve_kinds(pd_ctx *ctx, pd_dissolve *d)
 }
 
 PDI_COLD_BEGIN
-static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil *s, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *d)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *own = transport->bonds->stencil;
     memset(d, 0, sizeof *d);
     PDI_TRY(pdi_dissolve_check(ctx, desc, transport->desc.given));
+    if (desc->model == PD_METAL_SURFACE && s->m < own->m)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve",
+                        "the metal has a horizon of %g spacings, expected at least the %g of the transport", s->m,
+                        own->m);
     d->desc = *desc;
     d->grid = grid;
-    d->bonds = bonds;
+    PDI_TRY(pdi_path_build(ctx, s, grid, &d->paths));
     d->transport = transport;
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
@@ -177,7 +181,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
     d->capacity = (int32_t)grid->solid_count;
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
-    d->beside_capacity = pdi_entry_around(bonds, d->mark);
+    d->beside_capacity = pdi_entry_around(&d->paths, d->mark);
     PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_beside_list, d));
     transport->pinned = d->pinned;
     d->next_dt = HUGE_VAL;
@@ -193,15 +197,15 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_bonds *b
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
                             "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
-    for (int k = 0; k < s->count; k++) d->spread += s->lap[k];
+    for (int k = 0; k < own->count; k++) d->spread += own->lap[k];
     pdi_content_collect(d);
     return PD_OK;
 }
 
-pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
                             const pd_dissolve_desc *desc, pd_dissolve *d)
 {
-    pd_status status = pdi_dissolve_make(ctx, grid, bonds, transport, desc, d);
+    pd_status status = pdi_dissolve_make(ctx, grid, stencil, transport, desc, d);
     if (status < 0) pd_dissolve_free(ctx, d);
     return status;
 }
@@ -378,7 +382,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
 /* Rates of the exposed nodes by the speeds that there are. */
 static void pdi_dissolve_find_rates(const pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count * 4);
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count * 4);
     (void)nt;
     if (pdi_interface_stays(d)) return;
     int all = !pdi_interface_lasts(d);
@@ -495,7 +499,7 @@ static int pdi_dissolve_accurate(pd_dissolve *d, double lost, double dt)
         pdi_sum_add(&gone, amount * speed);
         pdi_sum_add(&error, 0.5 * amount * (fast - slow));
     }
-    double volume = d->bonds->stencil->volume, off = pdi_sum_total(&error) * volume;
+    double volume = d->paths.stencil->volume, off = pdi_sum_total(&error) * volume;
     double right = d->rtol * (d->lost + pdi_sum_total(&gone) * volume);
     double factor = off > 0.0 ? PDI_DISSOLVE_SAFE * sqrt(right / off) : HUGE_VAL;
     int faint = lost <= PDI_DISSOLVE_FAINT * d->rtol;
@@ -763,5 +767,6 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_owner_free(ctx, pdi_dissolve_list, d);
     pdi_owner_free(ctx, pdi_dissolve_beside_list, d);
     pdi_owner_free(ctx, pdi_reach_list, d);
+    pdi_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);
 }

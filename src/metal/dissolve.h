@@ -22,8 +22,10 @@
 #define pd_dissolve_process PD_NAME(pd_dissolve_process)
 #define pd_dissolve_free PD_NAME(pd_dissolve_free)
 
-/* Fills the solid nodes of transport->c with Cs. PD_ERR_ARGUMENT: solid not positive, threshold out of range. */
-PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_bonds *bonds, pd_transport *transport,
+/* Fills the solid nodes of transport->c with Cs. The stencil, borrowed, is that of the bonds of the metal; its horizon
+ * may differ from that of the transport. PD_ERR_ARGUMENT: solid not positive, threshold out of range; a surface rate
+ * with a horizon shorter than that of the transport; bonds that reach farther than the ghosts of the grid. */
+PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil *stencil, pd_transport *transport,
                                    const pd_dissolve_desc *desc, pd_dissolve *dissolve);
 /* Transport together with the metal, one implicit system, as a process. A step is as long as no solid node loses more
  * than a set fraction and the error in time of what is lost allows. What a law knows of time holds at the middle of the

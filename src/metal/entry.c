@@ -3,11 +3,11 @@
 #include <string.h>
 
 /* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_image. */
-static int32_t pdi_entry_home(const pd_bonds *bonds, int32_t at, int *flip)
+static int32_t pdi_entry_home(const pd_paths *paths, int32_t at, int *flip)
 {
-    uint8_t kind = bonds->grid->kind[at];
+    uint8_t kind = paths->grid->kind[at];
     if (flip) *flip = 0;
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, flip);
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(paths->grid, at, flip);
 }
 
 /* 1: no node of the box is a wall. */
@@ -18,14 +18,14 @@ static int pdi_entry_unwalled(const pd_grid *grid)
     return grid->fluid_count + grid->solid_count == cells;
 }
 
-PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
+PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k)
 {
-    const pd_stencil *s = bonds->stencil;
-    if (pdi_entry_unwalled(bonds->grid)) return 1;
+    const pd_stencil *s = paths->stencil;
+    if (pdi_entry_unwalled(paths->grid)) return 1;
     for (int g = s->group_first[k]; g < s->group_first[k + 1] - 1; g++) {
         int walled = 1;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && walled; c++) {
-            uint8_t kind = bonds->grid->kind[pdi_entry_home(bonds, i + bonds->cell_shift[c], NULL)];
+            uint8_t kind = paths->grid->kind[pdi_entry_home(paths, i + paths->cell_shift[c], NULL)];
             walled = kind != PD_FLUID && kind != PD_SOLID;
         }
         if (walled) return 0;
@@ -33,20 +33,20 @@ PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k)
     return 1;
 }
 
-PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry)
+PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry)
 {
-    const pd_stencil *s = bonds->stencil;
-    const uint8_t *kind = bonds->grid->kind;
+    const pd_stencil *s = paths->stencil;
+    const uint8_t *kind = paths->grid->kind;
     entry->count = 0;
     entry->open = 1;
     entry->last = j;
-    entry->far = pdi_entry_far(bonds, j, k);
-    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(bonds, j, k)) return;
+    entry->far = pdi_entry_far(paths, j, k);
+    if (kind[entry->far] != PD_FLUID || !pdi_entry_free(paths, j, k)) return;
     for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
         int behind = entry->count, fluid = 0;
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int flip;
-            int32_t at = pdi_entry_home(bonds, j + bonds->cell_shift[c], &flip);
+            int32_t at = pdi_entry_home(paths, j + paths->cell_shift[c], &flip);
             fluid |= kind[at] == PD_FLUID;
             if (behind) continue;
             if (kind[at] == PD_FLUID && entry->count < PDI_ENTRY_NODES) {
@@ -64,9 +64,9 @@ PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, dou
     for (int d = 0; d < PD_DIM; d++) seen[d] = entry->flip[e] >> d & 1 ? -v[d] : v[d];
 }
 
-PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis)
+PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis)
 {
-    const pd_stencil *s = bonds->stencil;
+    const pd_stencil *s = paths->stencil;
     double sum = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int steps = s->offset[k * PD_DIM + d] - s->cell[entry->cell[e] * PD_DIM + d];
@@ -76,27 +76,27 @@ PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *en
 }
 
 /* 1: a cell beside metal node j is not metal. */
-static int pdi_entry_outer(const pd_bonds *bonds, int32_t j)
+static int pdi_entry_outer(const pd_paths *paths, int32_t j)
 {
-    const pd_grid *grid = bonds->grid;
+    const pd_grid *grid = paths->grid;
     for (int d = 0; d < PD_DIM; d++)
         for (int step = -1; step <= 1; step += 2)
-            if (grid->kind[pdi_entry_home(bonds, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
+            if (grid->kind[pdi_entry_home(paths, j + step * grid->stride[d], NULL)] != PD_SOLID) return 1;
     return 0;
 }
 
 /* A lattice path of shrinking steps leads from metal to any node in its reach. The last metal on it has that node in
  * its reach, too, and is an outer one. */
-PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work)
+PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
 {
-    const pd_grid *grid = bonds->grid;
+    const pd_grid *grid = paths->grid;
     int32_t count = 0;
     memset(work, 0, (size_t)grid->total);
     for (int32_t j = 0; j < grid->total; j++) {
         if (grid->kind[j] != PD_SOLID) continue;
-        int last = pdi_entry_outer(bonds, j) ? bonds->stencil->count : 0;
+        int last = pdi_entry_outer(paths, j) ? paths->stencil->count : 0;
         for (int k = -1; k < last; k++) {
-            int32_t i = k < 0 ? j : pdi_entry_far(bonds, j, k);
+            int32_t i = k < 0 ? j : pdi_entry_far(paths, j, k);
             count += (grid->kind[i] == PD_FLUID || grid->kind[i] == PD_SOLID) && !work[i];
             work[i] = 1;
         }

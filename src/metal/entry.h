@@ -6,7 +6,7 @@
  */
 #ifndef PD_ENTRY_H
 #define PD_ENTRY_H
-#include "lattice/bond.h"
+#include "lattice/path.h"
 
 #ifdef PDI_INTERNAL
 
@@ -24,23 +24,23 @@ typedef struct pdi_entry {
 } pdi_entry;
 
 /* Node at the far end of bond k of node i, or that which a ghost there stands for. */
-static inline int32_t pdi_entry_far(const pd_bonds *bonds, int32_t i, int k)
+static inline int32_t pdi_entry_far(const pd_paths *paths, int32_t i, int k)
 {
-    int32_t at = i + bonds->shift[k];
-    uint8_t kind = bonds->grid->kind[at];
-    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(bonds->grid, at, NULL);
+    int32_t at = i + paths->shift[k];
+    uint8_t kind = paths->grid->kind[at];
+    return kind == PD_FLUID || kind == PD_SOLID ? at : pdi_grid_image(paths->grid, at, NULL);
 }
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */
-PDI_FN int pdi_entry_free(const pd_bonds *bonds, int32_t i, int k);
+PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k);
 /* Where bond k of metal node j enters the fluid. */
-PDI_FN void pdi_entry_find(const pd_bonds *bonds, int32_t j, int k, pdi_entry *entry);
+PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry);
 /* A vector at node e of an entry as the bond sees it, and the other way round. */
 PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
-PDI_FN double pdi_entry_beyond(const pd_bonds *bonds, int k, const pdi_entry *entry, int e, const double *axis);
+PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
 /* How many nodes can ever lie within a bond of metal; work [total]. */
-PDI_FN int32_t pdi_entry_around(const pd_bonds *bonds, uint8_t *work);
+PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work);
 
 #endif
 

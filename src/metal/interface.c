@@ -27,7 +27,7 @@ PDI_FN double pdi_interface_resist(const pd_dissolve *d, const pdi_beside *besid
 PDI_FN void pdi_interface_find(const pd_dissolve *d, int32_t j, int k, pdi_entry *entry)
 {
     if (!pdi_metal_bonds(d)) {
-        pdi_entry_find(d->bonds, j, k, entry);
+        pdi_entry_find(&d->paths, j, k, entry);
         return;
     }
     entry->open = 0;
@@ -62,7 +62,7 @@ static double pdi_interface_bond_rate(const pd_dissolve *d, int32_t f)
     double sum = 0.0;
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         sum += pdi_metal_area(d, j, reach.bond) * pdi_metal_drive(d, j, i) * pdi_interface_speed(d, i, metal);
     }
     return sum * pdi_metal_factor(d, j);
@@ -75,7 +75,7 @@ PDI_FN double pdi_interface_rate(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     double sum = 0.0;
     if (pdi_metal_bonds(d)) return pdi_interface_bond_rate(d, f);
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
+    for (int k = 0; k < d->paths.stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++)
             sum += pdi_metal_area(d, j, k) / entry.count * pdi_interface_speed(d, entry.node[e], pdi_metal_of(d, j));
@@ -90,7 +90,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
     int32_t j = d->front[f];
     pdi_reach reach = pdi_reach_of(d, j);
     while (pdi_reach_next(&reach)) {
-        int32_t i = pdi_entry_far(d->bonds, j, reach.bond);
+        int32_t i = pdi_entry_far(&d->paths, j, reach.bond);
         fastest = fmax(fastest, pdi_interface_speed(d, i, pdi_metal_of(d, j)));
     }
     return d->kernel.total * fastest * pdi_metal_factor(d, j);
@@ -99,7 +99,7 @@ PDI_FN double pdi_interface_pace(const pd_dissolve *d, int32_t f)
 /* What the metal of node j gives by bond k at node e of its entry. */
 static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entry *entry, int e)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     double way[PD_DIM], weight = pdi_interface_weight(d, j, entry->node[e], k, entry);
     if (!(weight > 0.0)) return;
     pdi_beside *beside = pdi_reach_join(d, entry->node[e]);
@@ -118,7 +118,7 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 {
     pdi_entry entry;
     int32_t j = d->front[f];
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
+    for (int k = 0; k < d->paths.stencil->count; k++) {
         pdi_interface_find(d, j, k, &entry);
         for (int e = 0; e < entry.count; e++) pdi_interface_enter(d, j, k, &entry, e);
     }
@@ -127,14 +127,16 @@ static void pdi_interface_gather(pd_dissolve *d, int32_t f)
 /* A share of what enters at one node and arrives at another one, `beyond` [m] it as seen from the metal. */
 typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond);
 
-/* All of them. A bond that the metal cuts carries a(n) times its way along the normal in a linear field. */
+/* All of them. A bond of the fluid that the metal cuts carries a(n) times its way along the normal in a linear
+ * field. */
 PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_paths *paths = &d->transport->bonds->paths;
+    const pd_stencil *s = paths->stencil;
     pdi_entry entry;
     for (int32_t f = 0; f < d->front_count; f++)
         for (int k = 0; k < s->count; k++) {
-            pdi_entry_find(d->bonds, d->front[f], k, &entry);
+            pdi_entry_find(paths, d->front[f], k, &entry);
             for (int e = 0; e < entry.count && entry.open; e++) {
                 if (d->slot[entry.node[e]] < 0) continue;
                 pdi_beside *from = &d->beside[d->slot[entry.node[e]]];
@@ -142,7 +144,7 @@ PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn li
                 pdi_entry_mirror(&entry, e, from->normal, normal);
                 double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
                 if (!(from->enters > 0.0) || !(share > 0.0)) continue;
-                double beyond = fmax(pdi_entry_beyond(d->bonds, k, &entry, e, normal), 0.0);
+                double beyond = fmax(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
             }
         }
@@ -166,7 +168,7 @@ static void pdi_interface_count(pd_dissolve *d, pdi_beside *from, pdi_beside *to
 static void pdi_interface_arrive(pd_dissolve *d, pdi_beside *from, pdi_beside *to, double share, double beyond)
 {
     double over = pdi_interface_part(from, share) * pdi_metal_over(d, from->node, to->node), cell = 0.0;
-    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->bonds->stencil->h[a]);
+    for (int a = 0; a < PD_DIM; a++) cell = fmax(cell, fabs(from->normal[a]) * d->paths.stencil->h[a]);
     to->weight += over * from->enters;
     for (int m = 0; m < d->kinds; m++)
         pdi_metal_portion(d, to)[m].weight += over * pdi_metal_portion(d, from)[m].enters;

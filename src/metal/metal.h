@@ -8,6 +8,7 @@
 #ifndef PD_METAL_H
 #define PD_METAL_H
 #include "transport/transport.h"
+#include "lattice/path.h"
 #include "metal/front.h"
 #include "metal/law.h"
 #include <math.h>
@@ -62,7 +63,7 @@ typedef struct pd_dissolve_desc {
 typedef struct pd_dissolve {
     pd_dissolve_desc desc;
     pd_grid *grid;
-    const pd_bonds *bonds;
+    pd_paths paths;           /* of the metal's bonds */
     pd_transport *transport;  /* its array c holds the solid content too */
     pd_front kernel;          /* bonds: weights across the front */
     const double *weight;     /* [count] [1/m] weights of the bonds across the surface */
@@ -186,7 +187,7 @@ static inline double pdi_metal_left(const pd_dissolve *d, int32_t j)
 /* Weight c(n) [1/m] of bond k of node j across the surface; a ring moves what a bond crosses at its mean radius. */
 static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
-    const pd_stencil *s = d->bonds->stencil;
+    const pd_stencil *s = d->paths.stencil;
     if (!d->grid->circumference) return d->weight[k];
     double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));

@@ -5,15 +5,15 @@
 
 PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
 {
-    int32_t far = pdi_entry_far(d->bonds, j, k);
+    int32_t far = pdi_entry_far(&d->paths, j, k);
     if (d->grid->kind[far] != PD_FLUID || pdi_metal_passive(d, far)) return -1;
-    return pdi_entry_free(d->bonds, j, k) ? far : -1;
+    return pdi_entry_free(&d->paths, j, k) ? far : -1;
 }
 
 PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
 {
     pd_dissolve *dissolve = (pd_dissolve *)object;
-    int64_t words = dissolve->bonds ? dissolve->bonds->words : 0;
+    int64_t words = dissolve->paths.words;
     PDI_ARRAY(owner, dissolve, reach, words * dissolve->reach_rows, "1");
 }
 
@@ -55,10 +55,10 @@ static int pdi_reach_rows(pd_dissolve *d)
 /* The row of exposed node j. Its rate is not known. */
 static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 {
-    int words = d->bonds->words;
+    int words = d->paths.words;
     uint32_t *row = d->reach + (int64_t)d->slot[j] * words;
     for (int w = 0; w < words; w++) row[w] = 0;
-    for (int k = 0; k < d->bonds->stencil->count; k++)
+    for (int k = 0; k < d->paths.stencil->count; k++)
         if (pdi_reach_taker(d, j, k) >= 0) row[k >> 5] |= (uint32_t)1 << (k & 31);
     d->rate[j] = -1.0;
 }
@@ -67,7 +67,7 @@ static void pdi_reach_row(const pd_dissolve *d, int32_t j)
 static void pdi_reach_join_all(pd_dissolve *d, int32_t j)
 {
     pdi_reach reach = pdi_reach_of(d, j);
-    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(d->bonds, j, reach.bond));
+    while (pdi_reach_next(&reach)) pdi_reach_join(d, pdi_entry_far(&d->paths, j, reach.bond));
 }
 
 /* What enters at a node beside metal, by its own bonds: c(n) at both ends of a bond is the same number but for their
@@ -79,9 +79,9 @@ static void pdi_reach_gather(const pd_dissolve *d, pdi_beside *beside)
     beside->enters = 0.0;
     for (int m = 0; m < d->kinds; m++) portion[m].enters = portion[m].stock = 0.0;
     if (pdi_metal_passive(d, i)) return;
-    for (int k = 0; k < d->bonds->stencil->count; k++) {
-        int32_t j = pdi_entry_far(d->bonds, i, k);
-        if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(d->bonds, i, k)) continue;
+    for (int k = 0; k < d->paths.stencil->count; k++) {
+        int32_t j = pdi_entry_far(&d->paths, i, k);
+        if (d->grid->kind[j] != PD_SOLID || !pdi_entry_free(&d->paths, i, k)) continue;
         double weight = pdi_metal_supply(d, j) * pdi_metal_factor(d, j) * pdi_metal_area(d, i, k);
         pdi_metal_beside *own = &portion[pdi_metal_of(d, j)];
         beside->enters += weight;
@@ -105,7 +105,7 @@ static void pdi_reach_again(const pd_dissolve *d, pdi_beside *beside)
 
 PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *d)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->bonds->stencil->count);
+    int nt = pdi_par_threads(ctx, (int64_t)d->front_count * d->paths.stencil->count);
     int all = !d->reached, contents = d->desc.drive == PD_DRIVE_DIFFERENCE;
     (void)nt;
     d->reached = 0; /* unless all goes well */

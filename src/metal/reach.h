@@ -24,8 +24,8 @@ typedef struct pdi_reach {
 static inline pdi_reach pdi_reach_of(const pd_dissolve *d, int32_t j)
 {
     pdi_reach r;
-    r.words = d->bonds->words - 1;
-    r.word = d->reach + (int64_t)d->slot[j] * d->bonds->words;
+    r.words = d->paths.words - 1;
+    r.word = d->reach + (int64_t)d->slot[j] * d->paths.words;
     r.bits = *r.word;
     r.base = r.bond = 0;
     return r;

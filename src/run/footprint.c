@@ -81,7 +81,7 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
 /* Objects of a run that are not built: what the lists of their arrays read is there, and nothing else. */
 typedef struct pdi_footprint_plan {
     pd_ctx ctx;
-    pd_stencil stencil;
+    pd_stencil stencil, across;
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
@@ -100,7 +100,7 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
 {
     pd_grid *grid = &plan->grid;
     double nodes = b->nodes;
-    int reach = (int)ceil(u->m + 0.5) - 1;
+    int reach = pdi_setup_layers(u);
     memset(plan, 0, sizeof *plan);
     pd_ctx_init(&plan->ctx);
     grid->ghost = reach;
@@ -123,11 +123,12 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     grid->solid = u->solid;
     grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
-    plan->stencil.reach = reach;
+    plan->stencil.reach = (int)ceil(u->m + 0.5) - 1;
+    plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
     plan->bonds.options = u->has_flow ? 0 : PD_BONDS_AT_REST;
-    plan->bonds.words = (plan->stencil.count + 31) / 32;
+    plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
     plan->bonds.spans.nodes = (int32_t)((b->fluid + b->solid) / plan->times);
@@ -172,9 +173,10 @@ static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_des
     return pdi_footprint_list(plan, pdi_krylov_list, &krylov);
 }
 
-static void pdi_footprint_lattice(pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_footprint *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
+    if (surfaces) b->bytes[PD_PART_GRID] += plan->across.count * (70.0 + 12.0 * PD_DIM);
     b->bytes[PD_PART_GRID] += 4.0 * b->nodes + 9.0 * (b->nodes - b->cells); /* rows of nodes; ghosts */
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
@@ -271,14 +273,14 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
     if (!u->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
-    d.bonds = &plan->bonds;
+    d.paths.words = (plan->across.count + 31) / 32;
     d.kinds = u->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
     d.beside_capacity = (int32_t)((b->solid + shell) / plan->times);
-    d.kernel.stencil = &plan->stencil;
+    d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
     d.desc.stochastic = u->stochastic;
@@ -286,8 +288,8 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
     if (u->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = fmin(2.0 * PD_DIM * u->m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid) / plan->times;
-        d.reach_rows = (int32_t)(1.25 * layers);
+        double layers = fmin(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        d.reach_rows = (int32_t)(1.25 * layers / plan->times);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
@@ -392,18 +394,18 @@ static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
 void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 {
     pdi_footprint_plan plan;
-    double reach = ceil(u->m + 0.5) - 1.0;
+    double reach = ceil(u->m + 0.5) - 1.0, layers = pdi_setup_layers(u);
     memset(b, 0, sizeof *b);
     b->nodes = b->cells = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5);
         b->cells *= cells;
-        b->nodes *= cells + 2.0 * reach;
+        b->nodes *= cells + 2.0 * layers;
     }
     b->bonds = pdi_footprint_bonds(u->m);
     pdi_footprint_sample(u, reach, b);
     pdi_footprint_describe(u, b, &plan);
-    pdi_footprint_lattice(&plan, b);
+    pdi_footprint_lattice(pdi_setup_surfaces(u), &plan, b);
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);

@@ -7,16 +7,22 @@
  * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
 #define PDI_MODEL_CORRODE 1e-9
 
-PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_stencil *stencil)
 {
     pd_stencil_desc family;
-    pd_grid_desc box;
     memset(&family, 0, sizeof family);
-    memset(&box, 0, sizeof box);
-    family.m = u->m;
+    family.m = m;
     if (u->has_corrode) family.weights = u->weights;
+    for (int d = 0; d < PD_DIM; d++) family.h[d] = u->h[d];
+    return pd_stencil_build(ctx, &family, stencil);
+}
+
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+{
+    pd_grid_desc box;
+    memset(&box, 0, sizeof box);
+    box.ghost = pdi_setup_layers(u);
     for (int d = 0; d < PD_DIM; d++) {
-        family.h[d] = u->h[d];
         box.lo[d] = u->lo[d];
         box.hi[d] = u->hi[d];
     }
@@ -28,7 +34,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (u->side[s].open) box.entry = pdi_inlet_enters;
     box.entry_user = (void *)u; /* only read */
-    PDI_TRY(pd_stencil_build(ctx, &family, stencil));
+    PDI_TRY(pdi_model_stencil(ctx, u, u->m, stencil));
     if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
     return pd_grid_build(ctx, stencil, &box, grid);
 }
@@ -37,6 +43,10 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
     PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, m->setup->has_flow ? 0 : PD_BONDS_AT_REST, &m->bonds));
+    if (pdi_setup_surfaces(m->setup)) {
+        PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
+        PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));
+    }
     pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
     return status;
@@ -194,7 +204,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
-    PDI_TRY(pd_grain_fraction(ctx, &m->stencil, &m->grid, &m->grain, fraction));
+    PDI_TRY(pd_grain_fraction(ctx, &m->across, &m->grid, &m->grain, fraction));
     PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
@@ -302,7 +312,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
-    return pd_dissolve_build(ctx, &m->grid, &m->bonds, &m->transport, &desc, &m->dissolve);
+    return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
 
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
@@ -435,6 +445,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
+    pdi_path_free(ctx, &m->paths);
+    pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);
     pd_grid_free(ctx, &m->grid);
     pd_stencil_free(ctx, &m->stencil);

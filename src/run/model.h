@@ -16,8 +16,10 @@ typedef struct pd_model {
     const pd_setup *setup;
     int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
     pd_stencil stencil;
+    pd_stencil across;        /* of bonds across surfaces */
     pd_grid grid;
     pd_bonds bonds;
+    pd_paths paths;           /* of `across`; both absent when nothing asks for surfaces */
     pd_inlet inlet;
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */

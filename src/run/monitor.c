@@ -120,8 +120,8 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     double flux = 0.0, area = 0.0, excess = 0.0;
-    pd_measure_exchange(ctx, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi,
-                        d->axis, m->flux, m->area);
+    pd_measure_exchange(ctx, &model->paths, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL,
+                        d->lo, d->hi, d->axis, m->flux, m->area);
     pdi_monitor_fluid(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];

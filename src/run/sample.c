@@ -206,7 +206,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
 {
     const pd_model *m = job->m;
     const pd_stencil *s = m->bonds.stencil;
-    int32_t far = base + m->bonds.shift[k];
+    int32_t far = base + m->bonds.paths.shift[k];
     double at[PD_DIM], place[PD_DIM], share = 1.0;
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);

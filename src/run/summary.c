@@ -35,7 +35,7 @@ static void pdi_summary_part(const pdi_summary *s, pd_part part, const char *nam
 static void pdi_summary_grid(const pdi_summary *s)
 {
     const pd_model *m = s->model;
-    char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT];
+    char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT], metal[64] = "";
     int axes = 1;
     for (int d = 1; d < PD_DIM; d++)
         if (fabs(m->grid.h[d] - m->grid.h[0]) > 1e-12 * m->grid.h[0]) axes = PD_DIM;
@@ -46,8 +46,11 @@ static void pdi_summary_grid(const pdi_summary *s)
         pdi_setup_show(m->grid.h[d], "m", text);
         snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
-    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)", m->setup->name, PD_DIM,
-                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count);
+    if (m->setup->has_dissolve && m->across.count != m->stencil.count)
+        snprintf(metal, sizeof metal, "; metal m = %g (%d bonds)", m->across.m, m->across.count);
+    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)%s", m->setup->name, PD_DIM,
+                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count,
+                     metal);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
              (double)m->grid.solid_count, (double)(pdi_grid_count(&m->grid, PD_WALL)));
     pdi_summary_part(s, PD_PART_GRID, "lattice", size);

@@ -128,7 +128,7 @@ static pd_status pdi_read_flat_box(pd_ctx *ctx, const pd_text *text, const pdi_r
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
         setup->hi[d] = d == 0 ? f->L_wire + f->L_downstream : half;
     }
-    setup->m = f->m_ratio;
+    setup->m = setup->metal_m = f->m_ratio;
     if (!(f->axisymmetric > 0.0)) return PD_OK;
     if (PD_DIM != 2 || f->axisymmetric < 1.0)
         return pdi_text_refuse(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D", f->axisymmetric,

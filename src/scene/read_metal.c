@@ -4,6 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Horizon over the spacing from which on a front has nearly one speed in all directions of the lattice: within 1 %. */
+#define PDI_READ_METAL_HORIZON 3.0
+
 PDI_FN int pdi_read_metal_given(pdi_reader *s, const char *name)
 {
     for (int section = -1; (section = pdi_text_next(s->ctx, s->text, name, section)) >= 0;)
@@ -195,6 +198,19 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    u->metal_m = fmax(PDI_READ_METAL_HORIZON, u->m);
+    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, section, "m")) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "m",
+                           "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
+                           u->m);
+}
+
 static pd_status pdi_read_metal_forms(pdi_reader *s, int section)
 {
     static const char *const controls[] = {"diffusion", "activation", NULL};
@@ -265,3 +281,5 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
                                "found beside control = activation, expected diffusion: there all fluid holds bulk");
     return PD_OK;
 }
+
+#undef PDI_READ_METAL_HORIZON

@@ -55,7 +55,7 @@ static pd_status pdi_scene_geometry(pdi_reader *s, int section)
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
     int r = PD_DIM - 1;
-    double reach = ceil(u->m + 0.5) - 1.0; /* the largest n with |n| < m + 1/2 */
+    double reach = pdi_setup_layers(u);
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
@@ -88,6 +88,7 @@ static pd_status pdi_scene_grid(pdi_reader *s)
             return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
     PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
+    PDI_TRY(pdi_read_metal_horizon(s));
     PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"

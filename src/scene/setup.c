@@ -34,7 +34,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
-    setup->m = 3.0;
+    setup->m = setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
@@ -101,6 +101,18 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
     }
     memset(setup->record, 0, sizeof setup->record);
     setup->records = 0;
+}
+
+PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
+{
+    int asked = setup->has_dissolve || setup->has_grains;
+    for (int k = 0; k < setup->monitors; k++) asked = asked || setup->monitor[k].kind == PD_MONITOR_TRANSFER;
+    return asked;
+}
+
+PDI_FN int pdi_setup_layers(const pd_setup *setup)
+{
+    return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }

@@ -233,7 +233,8 @@ typedef struct pd_setup {
     int threads;               /* 0: all */
     unsigned given;            /* bit k: pd_knob k stands in the file */
     /* lattice and geometry */
-    double m;                          /* [-] horizon ratio */
+    double m;                          /* [-] horizon over the spacing, of the fluid */
+    double metal_m;                    /* [-] of the bonds across the surface of metal */
     double h[PD_DIM];                  /* [m] */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] box */
     int axisymmetric;                  /* 2D: x is the axis, y the distance from it */
@@ -343,6 +344,10 @@ PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
 /* "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
+/* 1: something asks for the area of surfaces: metal that goes, boundaries of grains, transfer from walls. */
+PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
+/* Layers of ghosts: largest n with |n| < m + 1/2 of any horizon of the lattice. */
+PDI_FN int pdi_setup_layers(const pd_setup *setup);
 /* Cells of the box along an axis. */
 PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */

@@ -44,7 +44,7 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
         if (pdi_bounds_mark_one(grid, i, marked)) found++;
         else
             for (int k = 0; k < bonds->stencil->count; k++)
-                found += pdi_bounds_mark_one(grid, i + bonds->shift[k], marked);
+                found += pdi_bounds_mark_one(grid, i + bonds->paths.shift[k], marked);
     }
     return found;
 }

@@ -9,7 +9,7 @@ PDI_FN double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     const pd_grid *grid = bonds->grid;
     double fraction = 1.0;
     int at[PD_DIM];
-    if (grid->kind[i + bonds->shift[k]] != PD_INLET) return 1.0;
+    if (grid->kind[i + bonds->paths.shift[k]] != PD_INLET) return 1.0;
     pdi_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
@@ -24,7 +24,7 @@ static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
 {
     const pd_bonds *bonds = c->bonds;
     double sum = 0.0;
-    for (int word = 0; word < bonds->words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
+    for (int word = 0; word < bonds->paths.words; word++) c->other[(int64_t)word * c->capacity + row] = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         float more = c->more[pdi_conductance_place(c, row, k)];
         if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
@@ -56,7 +56,7 @@ static void pdi_conductance_move_row(const pd_conductance *c, int32_t r)
         if (c->rests) c->more[to] = c->more[at];
         else c->bond[to] = c->bond[at];
     }
-    for (int word = 0; word < c->bonds->words && c->rests; word++)
+    for (int word = 0; word < c->bonds->paths.words && c->rests; word++)
         c->other[(int64_t)word * c->capacity + r] = c->other[(int64_t)word * c->capacity + from];
     if (c->rests) c->shut[r] = c->shut[from];
 }
@@ -78,7 +78,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     int open = pdi_bond_open(bonds, r, k);
     int64_t at = pdi_conductance_place(c, r, k);
     if (c->rests) {
-        uint8_t kind = bonds->grid->kind[i + bonds->shift[k]];
+        uint8_t kind = bonds->grid->kind[i + bonds->paths.shift[k]];
         c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_open(kind) ? -1.0f : 0.0f;
         return;
     }
@@ -95,7 +95,7 @@ static void pdi_conductance_row(const pd_conductance *c, int32_t r)
     const uint32_t *renewed = c->diffusion->renewed + bonds->node[r];
     int all = c->from[r] < 0 || *renewed > c->version, some = all;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        if (!all && renewed[bonds->shift[k]] <= c->version) continue;
+        if (!all && renewed[bonds->paths.shift[k]] <= c->version) continue;
         pdi_conductance_bond(c, r, k);
         some = 1;
     }
@@ -127,7 +127,7 @@ PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
     if (!conductance->rests) PDI_ARRAY(owner, conductance, bond, count, "1/s");
     else {
         PDI_ARRAY(owner, conductance, more, count, "1");
-        PDI_ARRAY(owner, conductance, other, bonds ? bonds->words * rows : 0, "1");
+        PDI_ARRAY(owner, conductance, other, bonds ? bonds->paths.words * rows : 0, "1");
         PDI_ARRAY(owner, conductance, shut, rows, "1/s");
     }
     PDI_ARRAY(owner, conductance, node, rows, "1");

@@ -65,9 +65,9 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
 {
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    int group = pdi_bond_closed_group(bonds, bonds->node[r], k);
+    int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
     if (!d->metal || group < 0) return 0;
-    int32_t cell = bonds->node[r] + bonds->cell_shift[s->group_cell[group]];
+    int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
 }
@@ -137,7 +137,7 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->shift[k]] > 0.0f)) continue;
+        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->paths.shift[k]] > 0.0f)) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -233,7 +233,7 @@ static void pdi_diffusion_ghosts(pd_diffusion *d)
 static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double *x, double *t, double *conduct)
 {
     int32_t i = d->bonds->node[r];
-    *t = pdi_bond_meet(d->bonds, r, k, x);
+    *t = pdi_bond_meet(&d->bonds->paths, i, k, x);
     double c = d->desc.held(d->desc.user, x);
     *conduct = 0.0;
     if (!(c >= 0.0)) return c;
@@ -467,7 +467,7 @@ static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const doubl
 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 {
-    int32_t j = i + d->bonds->shift[k];
+    int32_t j = i + d->bonds->paths.shift[k];
     const double *e = d->unit + k * PD_DIM;
     double along[PD_DIFFUSION_TENSOR];
     if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
@@ -481,7 +481,7 @@ PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
-    int32_t j = i + d->bonds->shift[k];
+    int32_t j = i + d->bonds->paths.shift[k];
     double a = pdi_bond_lap(d->bonds, i)[k];
     if (d->field)
         for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);

@@ -11,7 +11,7 @@ PDI_FN double pdi_explicit_rate(const pd_transport *t, int32_t i)
         double flux, bond, upwind;
         if (!pdi_flux_open(&t->flux, i, k)) continue;
         pdi_flux_bond(&t->flux, i, k, &flux, &bond, &upwind);
-        if (t->grid->kind[i + t->bonds->shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
+        if (t->grid->kind[i + t->bonds->paths.shift[k]] == PD_OUTLET) rate += fmax(flux, 0.0);
         else rate += bond + room * upwind - 0.5 * flux;
     }
     return rate;

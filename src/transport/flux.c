@@ -27,7 +27,7 @@ static inline double *pdi_flux_slot(const pd_flux *t, int32_t i, int k, double *
 {
     const pd_grid *grid = t->bonds->grid;
     int count = t->bonds->stencil->count;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     *factor = 1.0;
     if (k < count / 2) return t->flux + (int64_t)k * grid->total + i;
     *factor = -1.0;
@@ -59,7 +59,7 @@ PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, doub
 PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, int k)
 {
     double flux, bond, upwind;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     pdi_flux_bond(t, i, k, &flux, &bond, &upwind);
     return pdi_flux_leave(0.5 * flux, bond, c[i], t->bonds->grid->kind[j] == PD_OUTLET ? c[i] : c[j]);
 }
@@ -112,7 +112,7 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
-    const double *grad = f->grad + i, *far = grad + f->bonds->shift[k];
+    const double *grad = f->grad + i, *far = grad + f->bonds->paths.shift[k];
     double part = 0.5 * f->stabilisation * pdi_bond_lap(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
@@ -124,7 +124,7 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
     const pd_bonds *bonds = t->bonds;
-    int64_t total = bonds->grid->total, shift = bonds->shift[k];
+    int64_t total = bonds->grid->total, shift = bonds->paths.shift[k];
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
     double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
     for (int b = 0; b < count; b++) {
@@ -139,7 +139,7 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
                                  double *PD_RESTRICT behind)
 {
     const pd_stencil *s = t->bonds->stencil;
-    int64_t total = t->bonds->grid->total, shift = t->bonds->shift[k];
+    int64_t total = t->bonds->grid->total, shift = t->bonds->paths.shift[k];
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
@@ -157,7 +157,7 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
 static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int count)
 {
     const pd_bonds *bonds = t->bonds;
-    int32_t shift = bonds->shift[k];
+    int32_t shift = bonds->paths.shift[k];
     int own = k < bonds->stencil->count / 2, ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
@@ -190,7 +190,7 @@ static void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         const double *slot = pdi_flux_slot(t, i, k, &factor);
         *flux = factor * *slot;
     } else if (t->flow && pdi_flux_open(t, i, k)) {
-        int inlet = t->bonds->grid->kind[i + t->bonds->shift[k]] == PD_INLET;
+        int inlet = t->bonds->grid->kind[i + t->bonds->paths.shift[k]] == PD_INLET;
         if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
@@ -272,7 +272,7 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->lean[1] = pdi_flux_lean_of(t, *p->back, far[opposite]);
         return;
     }
-    p->next = t->bonds->shift[k];
+    p->next = t->bonds->paths.shift[k];
     p->before = -p->next;
     p->lean[0] = p->lean[1] = PDI_FLUX_LEAN;
     p->flux = p->back = pdi_flux_still;
@@ -443,7 +443,7 @@ static double pdi_flux_balance(const pd_flux *t, const double *b, const double *
     const pd_grid *grid = t->bonds->grid;
     double diagonal = t->rate + t->absorb[i] + (t->diffusion->wall_rate ? t->diffusion->wall_rate[i] : 0.0), sum = b[i];
     for (int k = 0; k < t->bonds->stencil->count; k++) {
-        int32_t j = i + t->bonds->shift[k];
+        int32_t j = i + t->bonds->paths.shift[k];
         double flux, bond;
         if (!pdi_flux_open(t, i, k)) continue;
         pdi_flux_one(t, i, k, &flux, &bond);
@@ -502,7 +502,7 @@ static double pdi_flux_section_bond(const void *user, int32_t i, int k)
 {
     const pdi_flux_section *section = (const pdi_flux_section *)user;
     const pd_flux *t = section->t;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     if (t->bonds->grid->kind[i] == PD_FLUID) return pdi_flux_bond_flux(t, section->c, i, k);
     double over = pdi_grid_circumference(t->bonds->grid, j) / pdi_grid_circumference(t->bonds->grid, i);
     return -over * pdi_flux_bond_flux(t, section->c, j, t->bonds->stencil->count - 1 - k);
@@ -514,7 +514,7 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
     const pdi_flux_section *section = (const pdi_flux_section *)user;
     const pd_flux *t = section->t;
     const pd_grid *grid = t->bonds->grid;
-    int32_t j = i + t->bonds->shift[k];
+    int32_t j = i + t->bonds->paths.shift[k];
     if (grid->kind[i] != PD_FLUID) {
         double over = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);

@@ -112,7 +112,7 @@ PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by
     memset(size_by, 0, sizeof size_by);
     memset(slope, 0, sizeof slope);
     for (int k = 0; k < s->count / 2; k++) {
-        int32_t shift = bonds->shift[k];
+        int32_t shift = bonds->paths.shift[k];
         const double *ahead = c + shift, *behind = c - shift, *x_ahead = x + shift, *x_behind = x - shift;
         const double *g = s->grad + k * PD_DIM;
         double a = s->lap[k];
@@ -189,7 +189,7 @@ PDI_INLINE void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_
     const int32_t *far = place < 0 ? NULL : l->boundary->far + (int64_t)place * s->count;
     int beside = place >= 0, cut = beside && pdi_limiter_cut(l, i);
     for (int k = 0; k < s->count; k++) {
-        int32_t shift = beside ? far[k] - i : bonds->shift[k];
+        int32_t shift = beside ? far[k] - i : bonds->paths.shift[k];
         int skip = cut && bonds->grid->kind[far[k]] == PD_INLET;
         if (!beside && row >= 0 && !pdi_limiter_gates(bonds, &p, k)) continue;
         pdi_limiter_add(&p, p.c + shift, p.x ? p.x + shift : NULL, s->lap[k], skip ? none : s->grad + k * PD_DIM,

@@ -17,7 +17,7 @@ PDI_INLINE void pdi_rest_bond(const pd_conductance *c, const double *x, const fl
                               const uint32_t *PD_RESTRICT open, int k, int count, int exact, double *PD_RESTRICT sum)
 {
     const pd_bonds *bonds = c->bonds;
-    const double *far = x + bonds->shift[k];
+    const double *far = x + bonds->paths.shift[k];
     double whole = c->diffusion->desc.diffusivity * bonds->stencil->lap[k];
     for (int b = 0; b < count; b++) {
         double bond = whole * ((exact ? 1.0 : 0.0) + (double)more[b]);
@@ -33,7 +33,7 @@ PDI_INLINE void pdi_rest_block(const pd_conductance *c, const double *x, int32_t
     const pd_bonds *bonds = c->bonds;
     const float *first = c->more + pdi_conductance_place(c, row, 0);
     double total[PDI_BLOCK] = {0.0};
-    for (int word = 0; word < bonds->words; word++) {
+    for (int word = 0; word < bonds->paths.words; word++) {
         const uint32_t *bits = exact ? bonds->mask + (int64_t)word * bonds->capacity + row
                                      : c->other + (int64_t)word * c->capacity + row;
         uint32_t any = 0;

@@ -242,7 +242,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         double around = pdi_grid_circumference(grid, i);
         for (int k = 0; k < t->bonds->stencil->count; k++) {
             if (!pdi_flux_open(&t->flux, i, k)) continue;
-            uint8_t far_kind = grid->kind[i + t->bonds->shift[k]];
+            uint8_t far_kind = grid->kind[i + t->bonds->paths.shift[k]];
             if (far_kind == PD_OUTLET) pdi_sum_add(&out, around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
             if (far_kind == PD_INLET) pdi_sum_add(&in, -around * pdi_flux_bond_flux(&t->flux, t->c, i, k));
             if (far_kind == PD_INLET && t->rest)

@@ -1,0 +1,54 @@
+/* path: see path.h */
+#include "lattice/path.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN int pdi_path_closed_group(const pd_paths *paths, int32_t node, int k)
+{
+    const pd_stencil *s = paths->stencil;
+    const uint8_t *kind = paths->grid->kind;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int closed = 1;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1] && closed; c++)
+            closed = !pdi_grid_open(kind[node + paths->cell_shift[c]]);
+        if (closed) return g;
+    }
+    return -1;
+}
+
+PDI_COLD_BEGIN
+static void pdi_path_list(pdi_owner *owner, void *object)
+{
+    pd_paths *paths = (pd_paths *)object;
+    if (!paths->stencil) return;
+    PDI_ARRAY(owner, paths, shift, paths->stencil->count, "1");
+    PDI_ARRAY(owner, paths, cell_shift, paths->stencil->cells, "1");
+}
+
+PDI_FN pd_status pdi_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pd_paths *paths)
+{
+    memset(paths, 0, sizeof *paths);
+    if (s->reach > grid->ghost)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds reach over %d cells, the grid has %d layers of ghosts",
+                        s->reach, grid->ghost);
+    for (int d = 0; d < PD_DIM; d++)
+        if (fabs(s->h[d] - grid->h[d]) > 1e-12 * grid->h[d])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "path", "bonds for a spacing of %g m, the grid has %g m on axis %d",
+                            s->h[d], grid->h[d], d);
+    paths->stencil = s;
+    paths->grid = grid;
+    paths->words = (s->count + 31) / 32;
+    PDI_TRY(pdi_owner_build(ctx, pdi_path_list, paths));
+    for (int k = 0; k < s->count; k++)
+        for (int d = 0; d < PD_DIM; d++) paths->shift[k] += s->offset[k * PD_DIM + d] * grid->stride[d];
+    for (int c = 0; c < s->cells; c++)
+        for (int d = 0; d < PD_DIM; d++) paths->cell_shift[c] += s->cell[c * PD_DIM + d] * grid->stride[d];
+    return PD_OK;
+}
+
+PDI_FN void pdi_path_free(pd_ctx *ctx, pd_paths *paths)
+{
+    pdi_owner_free(ctx, pdi_path_list, paths);
+    memset(paths, 0, sizeof *paths);
+}
+PDI_COLD_END
