@@ -7716,8 +7716,8 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
-/* The horizon of its bonds; that of the fluid is known. */
-PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s);
+/* Horizons of the fluid, in section [grid], and of the bonds of metal. */
+PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid);
 /* [dissolve], the surface rate. */
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s);
 /* [corrode], bond-based corrosion. */
@@ -43191,7 +43191,8 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
-    setup->m = setup->metal_m = 3.0;
+    setup->m = 1.0;
+    setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
@@ -44843,15 +44844,20 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s)
+PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
-    u->metal_m = fmax(PDI_READ_METAL_HORIZON, u->m);
-    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, section, "m")) return PD_OK;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    int metal = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int given = pdi_text_has(s->ctx, s->text, grid, "m");
+    int own = u->has_dissolve && pdi_text_has(s->ctx, s->text, metal, "m");
+    u->m = u->has_corrode ? PDI_READ_METAL_HORIZON : 1.0;
+    if (given) PDI_TRY(pdi_reader_within(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
+    u->metal_m = u->has_corrode ? u->m : fmax(PDI_READ_METAL_HORIZON, u->m);
+    if (!own) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    if (u->has_corrode && !given) u->m = u->metal_m;
     if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "m",
+    return pdi_text_refuse(s->ctx, s->text, metal, "m",
                            "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
                            u->m);
 }
@@ -45919,8 +45925,7 @@ static pd_status pdi_scene_grid(pdi_reader *s)
         if (!(u->h[d] > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
-    PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
-    PDI_TRY(pdi_read_metal_horizon(s));
+    PDI_TRY(pdi_read_metal_horizons(s, section));
     PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"

@@ -198,15 +198,20 @@ PDI_FN pd_status pdi_read_metal_first(pdi_reader *s)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s)
+PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
-    u->metal_m = fmax(PDI_READ_METAL_HORIZON, u->m);
-    if (!u->has_dissolve || !pdi_text_has(s->ctx, s->text, section, "m")) return PD_OK;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    int metal = pdi_text_section(s->ctx, s->text, pdi_read_metal_name(u), NULL);
+    int given = pdi_text_has(s->ctx, s->text, grid, "m");
+    int own = u->has_dissolve && pdi_text_has(s->ctx, s->text, metal, "m");
+    u->m = u->has_corrode ? PDI_READ_METAL_HORIZON : 1.0;
+    if (given) PDI_TRY(pdi_reader_within(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
+    u->metal_m = u->has_corrode ? u->m : fmax(PDI_READ_METAL_HORIZON, u->m);
+    if (!own) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    if (u->has_corrode && !given) u->m = u->metal_m;
     if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "m",
+    return pdi_text_refuse(s->ctx, s->text, metal, "m",
                            "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
                            u->m);
 }

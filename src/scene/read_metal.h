@@ -16,8 +16,8 @@ PDI_FN pd_status pdi_read_metal_constants(pdi_reader *s);
 PDI_FN pd_status pdi_read_metal_laws(pdi_reader *s);
 /* Before anything of the other sections is read: what [corrode] brings with it. */
 PDI_FN pd_status pdi_read_metal_first(pdi_reader *s);
-/* The horizon of its bonds; that of the fluid is known. */
-PDI_FN pd_status pdi_read_metal_horizon(pdi_reader *s);
+/* Horizons of the fluid, in section [grid], and of the bonds of metal. */
+PDI_FN pd_status pdi_read_metal_horizons(pdi_reader *s, int grid);
 /* [dissolve], the surface rate. */
 PDI_FN pd_status pdi_read_metal_dissolve(pdi_reader *s);
 /* [corrode], bond-based corrosion. */

@@ -87,8 +87,7 @@ static pd_status pdi_scene_grid(pdi_reader *s)
         if (!(u->h[d] > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
     }
-    PDI_TRY(pdi_reader_within(s, section, "m", "", "3", 1.0, 6.0, 0, &u->m));
-    PDI_TRY(pdi_read_metal_horizon(s));
+    PDI_TRY(pdi_read_metal_horizons(s, section));
     PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
         return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"

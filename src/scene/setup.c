@@ -34,7 +34,8 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = -1;
-    setup->m = setup->metal_m = 3.0;
+    setup->m = 1.0;
+    setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
     setup->metals = 1;
