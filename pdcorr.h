@@ -3078,6 +3078,7 @@ typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
     double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
+    double flattest;                    /* [-] square of the longest bond, in cells, to the next plane of the lattice */
     float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
                                          * xy, yy, xz, yz, zz */
     float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
@@ -21514,8 +21515,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, e), reach = d->bonds->stencil->reach;
-    return fmax(1.0 - across * across * (1.0 + reach * reach), 0.0);
+    double across = pdi_vec_dot(normal, e);
+    return fmax(1.0 - across * across * d->flattest, 0.0);
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
@@ -21865,7 +21866,10 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
         pdi_diffusion_offset(d, k, xi);
-        for (int a = 0; a < PD_DIM; a++) d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+        for (int a = 0; a < PD_DIM; a++) {
+            d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = fmax(d->flattest, pdi_vec_dot(xi, xi));
+        }
     }
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
@@ -43466,9 +43470,9 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
+    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
-                "gb_factor, repassivation, breaking, seed"},
+                "gb_factor, repassivation, breaking, seed, m"},
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
@@ -50851,6 +50855,12 @@ static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, i
     return b;
 }
 
+/* Kind of a node, walls being walls also where no fluid is near. */
+static uint8_t pdi_coarser_kind(const pd_grid *grid, int32_t node)
+{
+    return grid->kind[node] == PD_OUTSIDE ? (uint8_t)PD_WALL : grid->kind[node];
+}
+
 /* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
  * lies behind a side goes on as it does in front of it; behind walls there is wall. */
 static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
@@ -50862,9 +50872,9 @@ static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, ui
         b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
         at[d] = first[d] = b.low[d];
     }
-    *kind = grid->kind[pd_grid_node(grid, first)];
+    *kind = pdi_coarser_kind(grid, pd_grid_node(grid, first));
     do {
-        if (grid->kind[pd_grid_node(grid, at)] != *kind) return 0;
+        if (pdi_coarser_kind(grid, pd_grid_node(grid, at)) != *kind) return 0;
     } while (pdi_coarser_next(&b, at));
     for (int d = 0; d < PD_DIM && *kind != PD_WALL; d++)
         if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
@@ -50904,7 +50914,7 @@ static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, ui
     memcpy(at, b->low, sizeof at);
     do {
         int32_t node = pd_grid_node(grid, at);
-        if (grid->kind[node] == kind && (!wide || wide[node])) return 1;
+        if (pdi_coarser_kind(grid, node) == kind && (!wide || wide[node])) return 1;
     } while (pdi_coarser_next(b, at));
     return 0;
 }
@@ -50923,7 +50933,7 @@ static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine
     pdi_setup_show(x[0], "m", place);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
-                    names[fine->grid.kind[node]], place, what);
+                    names[pdi_coarser_kind(&fine->grid, node)], place, what);
 }
 
 /* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
@@ -50939,10 +50949,9 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
     }
     do {
         int32_t node = pd_grid_node(&fine->grid, i);
-        uint8_t kind = fine->grid.kind[node];
+        uint8_t kind = pdi_coarser_kind(&fine->grid, node);
         pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
         if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: parts", node));
-        if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
             return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
         for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;

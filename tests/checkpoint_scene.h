@@ -41,7 +41,7 @@
 
 /* Flow, transport and dissolution with grains, and all that watches. */
 #define COUPLED \
-    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] gb_factor = 3" LAW "\n" \
+    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  gb_factor = 3" LAW "\n" \
     "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C, v, p, kind, rate, density, grain" \
     "  images = C, kind" SLICE "\n" WATCHES \
     "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um") "  along = x  length = 40 um" \

@@ -138,7 +138,7 @@ static int connected(const pd_bonds *b, int32_t node, int k)
                     if (abs(touched[i] - touched[j]) == b->grid->stride[d]) grown = reached[j] = 1;
     }
     for (int i = 0; i < count; i++)
-        if (touched[i] == node + b->shift[k]) return reached[i];
+        if (touched[i] == node + b->paths.shift[k]) return reached[i];
     return 0;
 }
 
@@ -154,7 +154,7 @@ static void check_openness(const scene *s)
         }
         fluid++;
         for (int k = 0; k < count; k++) {
-            int32_t far = node + b->shift[k];
+            int32_t far = node + b->paths.shift[k];
             int open = is_open(b, node, k);
             CHECK_INT(open, connected(b, node, k));
             if (s->grid.kind[far] == PD_FLUID) CHECK_INT(open, is_open(b, far, count - 1 - k));

@@ -100,7 +100,7 @@ static void check_bonds(scene *s)
     for (int32_t r = 0; r < fresh.rows; r++) {
         int32_t q = b->row[fresh.node[r]];
         if (!CHECK_INT(q, r)) continue;
-        for (int w = 0; w < b->words; w++)
+        for (int w = 0; w < b->paths.words; w++)
             CHECK(b->mask[(int64_t)w * b->capacity + q] == fresh.mask[(int64_t)w * fresh.capacity + r]);
         CHECK(memcmp(&b->wall_lap[q], &fresh.wall_lap[r], sizeof *b->wall_lap) == 0);
         CHECK(memcmp(&b->wall_curv[q], &fresh.wall_curv[r], sizeof *b->wall_curv) == 0);

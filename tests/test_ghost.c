@@ -211,7 +211,7 @@ static void check_same_rows(const pd_bonds *a, const pd_bonds *b)
     if (!CHECK_INT(a->rows, b->rows)) return;
     for (int32_t r = 0; r < a->rows; r++) {
         different += a->node[r] != b->node[r] || a->wall_lap[r] != b->wall_lap[r];
-        for (int w = 0; w < a->words; w++)
+        for (int w = 0; w < a->paths.words; w++)
             different += a->mask[(int64_t)w * a->capacity + r] != b->mask[(int64_t)w * b->capacity + r];
     }
     CHECK_INT(different, 0);

@@ -134,7 +134,8 @@ TEST(metals_that_are_alike)
                 int used = snprintf(text, sizeof text, BODY "%s[%s] %s  Cs = 20 mol/L  Csat = 5 mol/L%s\n",
                                     fine ? 0.5 : 1.0, level ? 2 : 1, two ? "steel304" : "mg4ag",
                                     bonds ? "flow = open" : "C = 0 mol/m3", bonds ? "" : AT_REST("1e-9"),
-                                    bonds ? "corrode" : "dissolve", laws[k % 3], bonds ? "  D = 1e-9 m2/s" : "");
+                                    bonds ? "corrode" : "dissolve", laws[k % 3],
+                                    bonds ? "  D = 1e-9 m2/s" : level ? "  m = 2" : "  m = 1");
                 snprintf(text + used, sizeof text - (size_t)used, "%s%s%s[run] until = 7.3 s\n",
                          two ? bonds ? "[corrode steel304] " : "[dissolve steel304] " : "", two ? laws[k % 3] : "",
                          two ? "  Cs = 20 mol/L\n" : "");

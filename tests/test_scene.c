@@ -405,7 +405,7 @@ TEST(files_of_a_run)
     CHECK(l.summary >= 5 && !r.stopped && !r.has_flux);
     CHECK(strstr(l.text, "not modelled: flow, grains, ") != NULL);
     pd_run_line(&r, line, sizeof line);
-    CHECK(strncmp(line, "result case=a dim=2 h=1e-05 m=3 volume_loss=0.0", 47) == 0);
+    CHECK(strncmp(line, "result case=a dim=2 h=1e-05 m=1 volume_loss=0.0", 47) == 0);
     for (size_t k = 0; k < sizeof files / sizeof files[0]; k++) {
         char name[128];
         snprintf(name, sizeof name, "made/here/%s", files[k]);

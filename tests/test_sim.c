@@ -10,7 +10,7 @@
 
 /* A pin that dissolves in a stream. */
 #define PIN_SCENE \
-    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] gb_factor = 3" LAW "\n" \
+    CHANNEL PIN "  grains = 20 um\n" THROUGH "[transport] D = 1e-9 m2/s\n[dissolve] m = 2  gb_factor = 3" LAW "\n" \
     "[run] until = " HOURS "  fraction = 0.3\n[output] every = 2 h  fields = C\n"
 
 static pd_sim sim;

@@ -39,6 +39,12 @@ static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, i
     return b;
 }
 
+/* Kind of a node, walls being walls also where no fluid is near. */
+static uint8_t pdi_coarser_kind(const pd_grid *grid, int32_t node)
+{
+    return grid->kind[node] == PD_OUTSIDE ? (uint8_t)PD_WALL : grid->kind[node];
+}
+
 /* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
  * lies behind a side goes on as it does in front of it; behind walls there is wall. */
 static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
@@ -50,9 +56,9 @@ static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, ui
         b.high[d] = i[d] + factor < grid->n[d] ? i[d] + factor : grid->n[d];
         at[d] = first[d] = b.low[d];
     }
-    *kind = grid->kind[pd_grid_node(grid, first)];
+    *kind = pdi_coarser_kind(grid, pd_grid_node(grid, first));
     do {
-        if (grid->kind[pd_grid_node(grid, at)] != *kind) return 0;
+        if (pdi_coarser_kind(grid, pd_grid_node(grid, at)) != *kind) return 0;
     } while (pdi_coarser_next(&b, at));
     for (int d = 0; d < PD_DIM && *kind != PD_WALL; d++)
         if ((i[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
@@ -92,7 +98,7 @@ static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, ui
     memcpy(at, b->low, sizeof at);
     do {
         int32_t node = pd_grid_node(grid, at);
-        if (grid->kind[node] == kind && (!wide || wide[node])) return 1;
+        if (pdi_coarser_kind(grid, node) == kind && (!wide || wide[node])) return 1;
     } while (pdi_coarser_next(b, at));
     return 0;
 }
@@ -111,7 +117,7 @@ static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine
     pdi_setup_show(x[0], "m", place);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "coarser",
                     "the lattice at h = %s cannot hold the scene: the %s near x = %s %s", spacing,
-                    names[fine->grid.kind[node]], place, what);
+                    names[pdi_coarser_kind(&fine->grid, node)], place, what);
 }
 
 /* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
@@ -127,10 +133,9 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
     }
     do {
         int32_t node = pd_grid_node(&fine->grid, i);
-        uint8_t kind = fine->grid.kind[node];
+        uint8_t kind = pdi_coarser_kind(&fine->grid, node);
         pdi_coarser_block near_fine = pdi_coarser_around(&fine->grid, i, factor - 1, factor - 1);
         if (node % PDI_COARSER_POLL == 0) PDI_TRY(pdi_poll(ctx, "coarser: parts", node));
-        if (kind == PD_OUTSIDE) continue;
         if (!wide[node] && !pdi_coarser_found(&fine->grid, &near_fine, kind, wide))
             return pdi_coarser_refuse(ctx, fine, coarse, node, "is thinner than one of its cells");
         for (int d = 0; d < PD_DIM; d++) at[d] = i[d] / factor;

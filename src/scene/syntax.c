@@ -18,9 +18,9 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold"},
+    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
-                "gb_factor, repassivation, breaking, seed"},
+                "gb_factor, repassivation, breaking, seed, m"},
     {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},

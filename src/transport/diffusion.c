@@ -81,8 +81,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, e), reach = d->bonds->stencil->reach;
-    return fmax(1.0 - across * across * (1.0 + reach * reach), 0.0);
+    double across = pdi_vec_dot(normal, e);
+    return fmax(1.0 - across * across * d->flattest, 0.0);
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
@@ -432,7 +432,10 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
         pdi_diffusion_offset(d, k, xi);
-        for (int a = 0; a < PD_DIM; a++) d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+        for (int a = 0; a < PD_DIM; a++) {
+            d->unit[k * PD_DIM + a] = xi[a] / pdi_vec_norm(xi);
+            if (fabs(xi[a]) < 1.5 && fabs(xi[a]) > 0.5) d->flattest = fmax(d->flattest, pdi_vec_dot(xi, xi));
+        }
     }
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));

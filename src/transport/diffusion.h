@@ -29,6 +29,7 @@ typedef struct pd_diffusion {
     pd_diffusion_desc desc;
     const pd_bonds *bonds;
     double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
+    double flattest;                    /* [-] square of the longest bond, in cells, to the next plane of the lattice */
     float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
                                          * xy, yy, xz, yz, zz */
     float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
