@@ -93,7 +93,10 @@ TEST(linear_field)
     "[grid] h = 10 um  m = %d  box = -60 um .. 120 um, -60 um .. 60 um\n" \
     "[shape pin] ball = 0 um, 0 um  radius = 21.3 um  kind = %s\n%s" \
     "[side x-] flow = inlet  profile = parabola  mean = 0.05 m/s  C = 3 mol/m3\n[side x+] flow = outlet\n" \
-    "[side y+] flow = %s\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n[transport] D = 1e-9 m2/s\n[run] until = 10 ms\n%s"
+    "[side y+] flow = %s\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n[transport] D = 1e-9 m2/s\n" \
+    "[run] until = 10 ms\n%s"
+
+#define WATCHED "[transfer a] box = -50 um .. 50 um, -50 um .. 50 um\n"
 
 static double *stream(int m, const char *side, const char *watched, int *ghost, int64_t *count)
 {
@@ -121,8 +124,8 @@ static double *stream(int m, const char *side, const char *watched, int *ghost, 
     return field;
 }
 
-/* What watches the transfer from walls asks for ghosts that the flow has no use for. Sums of the solvers go by places in
- * memory, so iterates round otherwise; solutions are the same within their tolerance. */
+/* What watches the transfer from walls asks for ghosts that the flow has no use for. Sums of the solvers go by places
+ * in memory, so iterates round otherwise; solutions are the same within their tolerance. */
 TEST(deeper_ghosts)
 {
     static const char *const sides[] = {"noslip", "mirror"};
@@ -131,7 +134,7 @@ TEST(deeper_ghosts)
             int few, more;
             int64_t count, same;
             double *plain = stream(m, sides[s], "", &few, &count);
-            double *watched = stream(m, sides[s], "[transfer a] box = -50 um .. 50 um, -50 um .. 50 um\n", &more, &same);
+            double *watched = stream(m, sides[s], WATCHED, &more, &same);
             CHECK_INT(few, m);
             CHECK_INT(more, 3);
             CHECK_INT(count, same);
@@ -168,7 +171,8 @@ TEST(area_of_a_disc)
 TEST(keys)
 {
     static const char *const grid[] = {"", "m = 2", "m = 4"};
-    static const double fluid[2][3] = {{1.0, 2.0, 4.0}, {3.0, 2.0, 4.0}}, metal[2][3] = {{3.0, 3.0, 4.0}, {3.0, 2.0, 4.0}};
+    static const double fluid[2][3] = {{1.0, 2.0, 4.0}, {3.0, 2.0, 4.0}};
+    static const double metal[2][3] = {{3.0, 3.0, 4.0}, {3.0, 2.0, 4.0}};
     for (int corrode = 0; corrode < 2; corrode++)
         for (int k = 0; k < 4; k++) {
             char text[800];
