@@ -3413,7 +3413,7 @@ typedef struct pd_transport_desc {
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
-    double limiter_tolerance; /* [-] relative change of the field at which they stop; 0: 1e-10 */
+    double limiter_tolerance; /* [-] change of the field by a whole one of them, relative, at which they stop; 0: 1e-10 */
     int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
                              * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
@@ -23272,6 +23272,8 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* A change of the field, relative, that is none. */
+#define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
@@ -23603,10 +23605,12 @@ static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, con
     return pdi_transport_evaluate(ctx, t);
 }
 
-/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
+ * field by `still` [-] at most: where limiters bend, damped steps go on for long and change nothing else. Its
  * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
  * residual is halved. */
-static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, double still,
+                                      pd_transport_result *result)
 {
     pdi_transport_user user;
     pd_krylov_result linear;
@@ -23631,7 +23635,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
             norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        if (moved <= still * t->size || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = pdi_krylov_forcing(norm / before);
     }
     t->krylov.desc.fixed = 1;
@@ -23654,7 +23658,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == 0) {
             /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
              * rounding */
-            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
+            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
             continue;
         }
         pdi_transport_mark(t, PDI_TRANSPORT_SLACK);
@@ -23679,7 +23683,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
-    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, t->desc.limiter_tolerance, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 0, atol, result, &moved);
 }
@@ -23905,7 +23909,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = PDI_TRANSPORT_STILL;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
@@ -32233,6 +32237,9 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 /* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
+/* Behind a film a difference that changes the speed by less than this share is widened: it would be rounding. */
+#define PDI_LAW_CHANGE 1e-8
+
 /* The line that touches V at c. Its slope is taken below c: above c the law may be steeper, or end. Behind a film a
  * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
@@ -32245,6 +32252,12 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
     double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
     if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
     double there = pdi_law_at(law, p, other);
+    while (p->resist < HUGE_VAL && width < PDI_LAW_STEP * p->resist * p->largest &&
+           fabs(there - now) < PDI_LAW_CHANGE * now) {
+        width = fmin(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
+        other = c > width ? c - width : c + width;
+        there = pdi_law_at(law, p, other);
+    }
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
     if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);
@@ -47548,6 +47561,9 @@ static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_
     return pd_stencil_build(ctx, &family, stencil);
 }
 
+/* Change of the field at which limited fluxes count as settled, over the error of a step in time. */
+#define PDI_MODEL_LIMITED 0.025
+
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_grid_desc box;
@@ -47709,7 +47725,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
-    desc.limiter_tolerance = u->limiter;
+    desc.limiter_tolerance = u->limiter > 0.0 ? u->limiter : u->settle ? 0.0 : PDI_MODEL_LIMITED * u->rtol;
     desc.given = u->has_corrode && u->activation && !u->has_flow;
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
@@ -47983,6 +47999,9 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_stencil_free(ctx, &m->stencil);
     memset(m, 0, sizeof *m);
 }
+
+#undef PDI_MODEL_CORRODE
+#undef PDI_MODEL_LIMITED
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif

@@ -134,6 +134,9 @@ static double pdi_law_at(pdi_law *law, pdi_law_point *p, double c)
 /* Behind a film a jump is a line as wide as R times the speed. Widest difference over this width. */
 #define PDI_LAW_STEP 0.01
 
+/* Behind a film a difference that changes the speed by less than this share is widened: it would be rounding. */
+#define PDI_LAW_CHANGE 1e-8
+
 /* The line that touches V at c. Its slope is taken below c: above c the law may be steeper, or end. Behind a film a
  * rising law gets a flat line; without a film it keeps its slope. */
 static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
@@ -146,6 +149,12 @@ static int pdi_law_touch(pdi_law *law, double c, pdi_law_point *p)
     double other = c > width ? c - width : c + width, jump = p->beyond ? fmin(p->pin, law->limit) : law->limit;
     if (!(p->resist > 0.0) && c > jump && other <= jump) other = c + width; /* the slope is none of the jump */
     double there = pdi_law_at(law, p, other);
+    while (p->resist < HUGE_VAL && width < PDI_LAW_STEP * p->resist * p->largest &&
+           fabs(there - now) < PDI_LAW_CHANGE * now) {
+        width = fmin(10.0 * width, PDI_LAW_STEP * p->resist * p->largest);
+        other = c > width ? c - width : c + width;
+        there = pdi_law_at(law, p, other);
+    }
     if (!pdi_law_finite(there)) return 0;
     p->slope = (there - now) / (other - c);
     if (p->resist > 0.0) p->slope = fmin(p->slope, 0.0);

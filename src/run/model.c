@@ -17,6 +17,9 @@ static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_
     return pd_stencil_build(ctx, &family, stencil);
 }
 
+/* Change of the field at which limited fluxes count as settled, over the error of a step in time. */
+#define PDI_MODEL_LIMITED 0.025
+
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_grid_desc box;
@@ -178,7 +181,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
-    desc.limiter_tolerance = u->limiter;
+    desc.limiter_tolerance = u->limiter > 0.0 ? u->limiter : u->settle ? 0.0 : PDI_MODEL_LIMITED * u->rtol;
     desc.given = u->has_corrode && u->activation && !u->has_flow;
     if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
     if (u->medium >= 0) desc.field = pdi_model_diffusivity;
@@ -452,3 +455,6 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_stencil_free(ctx, &m->stencil);
     memset(m, 0, sizeof *m);
 }
+
+#undef PDI_MODEL_CORRODE
+#undef PDI_MODEL_LIMITED

@@ -25,6 +25,8 @@
 #define PDI_TRANSPORT_ENOUGH 1000.0
 #define PDI_TRANSPORT_FINISHED 30.0
 #define PDI_TRANSPORT_ROUGH 30.0
+/* A change of the field, relative, that is none. */
+#define PDI_TRANSPORT_STILL 1e-10
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
@@ -356,10 +358,12 @@ static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, con
     return pdi_transport_evaluate(ctx, t);
 }
 
-/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or the field stays. Its
+/* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
+ * field by `still` [-] at most: where limiters bend, damped steps go on for long and change nothing else. Its
  * linear systems are solved as well as the last step paid (Eisenstat and Walker 1996); a step that does not lower the
  * residual is halved. */
-static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, pd_transport_result *result)
+static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal, double still,
+                                      pd_transport_result *result)
 {
     pdi_transport_user user;
     pd_krylov_result linear;
@@ -384,7 +388,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
             norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        if (result->change <= t->desc.limiter_tolerance || norm > PDI_TRANSPORT_STALLED * before) break;
+        if (moved <= still * t->size || norm > PDI_TRANSPORT_STALLED * before) break;
         loose = pdi_krylov_forcing(norm / before);
     }
     t->krylov.desc.fixed = 1;
@@ -407,7 +411,7 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
         if (round == 0) {
             /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
              * rounding */
-            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, result));
+            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
             continue;
         }
         pdi_transport_mark(t, PDI_TRANSPORT_SLACK);
@@ -432,7 +436,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
         result->change = t->size > 0.0 ? moved / t->size : 0.0;
         return status;
     }
-    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, result));
+    PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_ENOUGH * atol, t->desc.limiter_tolerance, result));
     if (bounded) return pdi_transport_enforce(ctx, t, atol, result);
     return pdi_transport_correct(ctx, t, 0, atol, result, &moved);
 }
@@ -658,7 +662,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     pdi_transport_open(t);
     if (!(t->desc.tolerance > 0.0)) t->desc.tolerance = 1e-11;
     if (t->desc.max_limiter <= 0) t->desc.max_limiter = 30;
-    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = 1e-10;
+    if (!(t->desc.limiter_tolerance > 0.0)) t->desc.limiter_tolerance = PDI_TRANSPORT_STILL;
     t->grid = grid;
     t->bonds = bonds;
     t->flow = flow;
