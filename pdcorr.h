@@ -133,7 +133,7 @@
  *     dissolve   a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
- *     structure  the metal of a lattice as a body under load.
+ *     structure  the metal of a lattice as a body under load, in balance or in motion.
  *     couple     a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
  *   io/
  *     file       whole-file reading with a limit, writing aside and renaming, appending line by line, directories, numbers.
@@ -3413,7 +3413,7 @@ typedef struct pd_transport_desc {
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
-    double limiter_tolerance; /* [-] change of the field by a whole one of them, relative, at which they stop; 0: 1e-10 */
+    double limiter_tolerance; /* [-] relative change of the field by a whole one of them at which they stop; 0: 1e-10 */
     int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
                              * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
@@ -5887,15 +5887,21 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/structure.h ======== */
-/* structure: the metal of a lattice as a body under load.
+/* structure: the metal of a lattice as a body under load, in balance or in motion.
  *
  * Points are the solid nodes of the start. A node that turns fluid loses its bonds; one that has lost a part of its
  * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
  * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
- * the next step knows its stress: the coupling is of first order in time.
+ * the next step knows its stress: the coupling is of first order in time. With a density it moves instead, by velocity
+ * Verlet from rest, and none of it dissolves. Its bonds may be springs.
  */
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
+
+typedef enum pd_structure_material {
+    PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, which may flow (elastic.h) */
+    PD_STRUCTURE_SPRINGS = 1         /* bonds that are springs and break (microelastic.h); there is no stress */
+} pd_structure_material;
 
 /* What the speed may depend on. */
 typedef struct pd_structure_at {
@@ -5918,8 +5924,12 @@ typedef struct pd_structure_cut {
 
 typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
-    pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
-    double stretch;          /* [-] at which bonds break; 0: none does */
+    pd_structure_material material;
+    pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
+    double stretch;          /* [-] at which bonds of small strains break, in balance; 0: none does */
+    double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
+    double density;          /* [kg/m3] the body moves; 0: it is in balance */
+    int timed;               /* 1: loads of a body that moves depend on time */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
@@ -5940,7 +5950,11 @@ typedef struct pd_structure {
     int32_t *point;          /* [total] of a node; -1: none */
     pd_body body;
     pd_elastic elastic;
-    pd_quasi_static rest;
+    pd_microelastic springs;
+    pd_solid solid;          /* one of them */
+    pd_quasi_static rest;    /* in balance */
+    pd_verlet motion;        /* in motion */
+    double *load, *target;   /* [count][PD_DIM] [N/m3], [m] of what moves: loads, and where it is held */
     uint8_t *held;           /* [count][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the build */
     double *stiff;           /* [count] [-] */
     double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
@@ -5953,12 +5967,13 @@ typedef struct pd_structure {
 #define pd_structure_process PD_NAME(pd_structure_process)
 #define pd_structure_free PD_NAME(pd_structure_free)
 
-/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
- * node whose bonds do not span all directions; a cut that crosses no bond. */
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; small strains that flow or
+ * break in motion. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a cut that crosses no
+ * bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
-/* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
- * structure->factor. */
+/* Its balance or motion as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
+ * structure->factor. Springs and what moves do not dissolve: PD_ERR_ARGUMENT as it starts. */
 PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
 PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
@@ -5966,6 +5981,20 @@ PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
 /* Share of the bonds of a point that are broken [-]. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
+static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
+/* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */
+static inline const double *pdi_structure_u(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->motion.u : s->rest.u;
+}
+static inline const double *pdi_structure_force(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->motion.force : s->rest.force;
+}
+static inline const double *pdi_structure_load(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->load : s->rest.load;
+}
 #endif
 
 #endif
@@ -7357,6 +7386,10 @@ typedef struct pd_setup_body {
     double m;                /* [-] horizon ratio of its bonds */
     double yield, hardening; /* [Pa] 0: it does not flow */
     double stretch;          /* [-] at which bonds break, 0: none does */
+    int springs;             /* 1: its bonds are springs */
+    double toughness;        /* [J/m2] of springs; 0: none breaks */
+    double density;          /* [kg/m3] it moves; 0: it is in balance */
+    int timed;               /* 1: loads depend on time */
     double rtol;             /* [-] */
     pd_expr force[PD_DIM];   /* of x, y, z, t; in N/m3 */
     int weighs;              /* 1: there is one */
@@ -34698,6 +34731,9 @@ PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
     PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
     PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+    if (!pdi_structure_moves(structure)) return;
+    PDI_STATE(owner, structure, load, (int64_t)structure->count * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, structure, target, (int64_t)structure->count * PD_DIM, "m");
 }
 
 PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
@@ -34778,16 +34814,74 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int32_t i = 0; i < s->count; i++)
+    for (int32_t i = 0; i < s->count && s->desc.material == PD_STRUCTURE_CORRESPONDENCE; i++)
         if (s->elastic.total[i] > 0.0) return 1;
-    return 0;
+    return s->desc.material == PD_STRUCTURE_SPRINGS && s->body.bonds > 0;
+}
+
+static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_structure_desc *desc = &s->desc;
+    pd_microelastic_desc springs;
+    memset(&springs, 0, sizeof springs);
+    if (desc->material == PD_STRUCTURE_CORRESPONDENCE) {
+        s->desc.elastic.stiff = s->stiff;
+        s->desc.elastic.loose = 1;
+        PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+        s->solid = pd_elastic_solid(&s->elastic);
+        return PD_OK;
+    }
+    springs.young = desc->elastic.young;
+    springs.plane = desc->elastic.plane;
+    springs.influence = desc->elastic.influence;
+    springs.fracture = desc->fracture;
+    PDI_TRY(pd_microelastic_build(ctx, &s->body, &springs, &s->springs));
+    s->solid = pd_microelastic_solid(&s->springs);
+    return PD_OK;
+}
+
+static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
+{
+    pd_quasi_static_desc rest;
+    memset(&rest, 0, sizeof rest);
+    rest.held = s->held;
+    rest.load = s->desc.load;
+    rest.user = s->desc.user;
+    rest.criterion.critical = s->desc.material == PD_STRUCTURE_SPRINGS ? s->springs.critical : s->desc.stretch;
+    rest.eager = -1.0;
+    rest.rtol = s->desc.rtol;
+    return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
+}
+
+static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
+{
+    pd_verlet_desc motion;
+    memset(&motion, 0, sizeof motion);
+    motion.density = s->desc.density;
+    motion.load = s->load;
+    motion.held = s->held;
+    return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
+}
+
+static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
+{
+    int springs = desc->material == PD_STRUCTURE_SPRINGS;
+    if ((int)desc->material < 0 || (int)desc->material > PD_STRUCTURE_SPRINGS || !(desc->density >= 0.0) ||
+        !(desc->fracture >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
+                        "or 1 and numbers that are not negative", (int)desc->material, desc->density, desc->fracture);
+    if (springs ? desc->stretch > 0.0 || desc->elastic.yield > 0.0 || desc->pace != NULL
+                : desc->fracture > 0.0 || (desc->density > 0.0 && (desc->stretch > 0.0 || desc->elastic.yield > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", springs ? "springs with a stretch, a yield stress or a pace,"
+                        " expected an energy of cracks alone" : "small strains with an energy of cracks, or that break"
+                        " or flow in motion, expected a balance with a stretch, or springs");
+    return PD_OK;
 }
 
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
-    pd_quasi_static_desc rest;
     memset(s, 0, sizeof *s);
-    memset(&rest, 0, sizeof rest);
+    PDI_TRY(pdi_structure_check(ctx, desc));
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
@@ -34796,21 +34890,12 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
-    s->desc.elastic.stiff = s->stiff;
-    s->desc.elastic.loose = 1;
-    PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    PDI_TRY(pdi_structure_material(ctx, s));
     if (!pdi_structure_bears(s))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
     for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
-    rest.held = s->held;
-    rest.load = desc->load;
-    rest.user = desc->user;
-    rest.criterion.critical = desc->stretch;
-    rest.eager = -1.0;
-    rest.rtol = desc->rtol;
-    pd_solid solid = pd_elastic_solid(&s->elastic);
-    return pd_quasi_static_build(ctx, &solid, &rest, &s->rest);
+    return pdi_structure_moves(s) ? pdi_structure_motion(ctx, s) : pdi_structure_balance(ctx, s);
 }
 
 pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
@@ -34822,7 +34907,9 @@ pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structur
 
 void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 {
+    pd_verlet_free(ctx, &s->motion);
     pd_quasi_static_free(ctx, &s->rest);
+    pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
     pdi_owner_free(ctx, pdi_structure_list, s);
@@ -34831,24 +34918,26 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* The stress of the metal that is left, of the present balance. */
+/* The stress of the metal that is left, now. Springs have none. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
-    const pd_solid *solid = &s->rest.solid;
-    solid->stress(ctx, solid->self, s->rest.u, s->stress);
+    const pd_solid *solid = &s->solid;
+    s->seen = s->rest.solves;
+    if (!solid->stress) return;
+    solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
         double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
         s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
-    s->seen = s->rest.solves;
 }
 
 /* Strains have to be small. */
 static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
+    if (!s->solid.stress) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
@@ -34883,6 +34972,14 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 
 /* ---- a process ---- */
 
+/* Springs and what moves stay as they are. */
+static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
+{
+    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material == PD_STRUCTURE_CORRESPONDENCE)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one of small strains in "
+                    "balance", pdi_structure_moves(s) ? "in motion" : "of springs");
+}
+
 /* Stiffness of the metal that is left; the balance is stale when it is another. */
 static void pdi_structure_stiffen(pd_structure *s)
 {
@@ -34913,6 +35010,7 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
 static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
 {
     pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_structure_stays(ctx, s));
     return s->dissolve && s->rest.known ? PD_OK : pdi_structure_to(ctx, s, t);
 }
 
@@ -34946,10 +35044,103 @@ static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archiv
     return pdi_structure_pace(ctx, s);
 }
 
+/* ---- motion ---- */
+
+/* Loads at time t, and into `target` where what is held is to be then. */
+static pd_status pdi_structure_loads(pd_ctx *ctx, pd_structure *s, double t)
+{
+    int64_t n = (int64_t)s->count * PD_DIM;
+    for (int64_t k = 0; k < n; k++) s->load[k] = 0.0;
+    memcpy(s->target, s->motion.u, (size_t)n * sizeof *s->target);
+    return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
+}
+
+static pd_status pdi_structure_set_out(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_structure_stays(ctx, s));
+    PDI_TRY(pdi_structure_loads(ctx, s, t));
+    memcpy(s->motion.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
+    s->motion.time = t;
+    pdi_structure_stress(ctx, s);
+    return PD_OK;
+}
+
+/* What is held moves evenly to where it has to be at the end of the step, and who holds it gives it its speed. */
+static void pdi_structure_hold(pd_structure *s, double dt)
+{
+    pdi_sum work = {0.0, 0.0};
+    for (int64_t k = 0; k < (int64_t)s->count * PD_DIM; k++) {
+        double *v = &s->motion.v[k], next = (s->target[k] - s->motion.u[k]) / dt;
+        if (!s->held[k]) continue;
+        pdi_sum_add(&work, 0.5 * s->desc.density * s->body.volume[k / PD_DIM] * (next - *v) * (next + *v));
+        *v = next;
+    }
+    s->motion.work += pdi_sum_total(&work);
+}
+
+/* Loads are those of the middle of the step. */
+static pd_status pdi_structure_attempt(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    if (s->desc.timed) {
+        PDI_TRY(pdi_structure_loads(ctx, s, step->time + step->dt));
+        pdi_structure_hold(s, step->dt);
+        PDI_TRY(pdi_structure_loads(ctx, s, step->time + 0.5 * step->dt));
+    }
+    return motion.attempt(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_limit(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    return motion.limit(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    return motion.accept(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_arrive(pd_ctx *ctx, void *self, double t)
+{
+    (void)t;
+    pdi_structure_stress(ctx, (pd_structure *)self);
+    return PD_OK;
+}
+
+static pd_status pdi_structure_keep(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    PDI_TRY(pdi_owner_store(ctx, pdi_structure_list, s, archive));
+    PDI_TRY(motion.store(ctx, motion.self, archive));
+    if (archive->reading) pdi_structure_stress(ctx, s);
+    return PD_OK;
+}
+
+static pd_process pdi_structure_mover(pd_structure *s)
+{
+    pd_process p = pd_verlet_process(&s->motion);
+    p.name = "structure";
+    p.self = s;
+    p.inner = 1;
+    p.start = pdi_structure_set_out;
+    p.limit = pdi_structure_limit;
+    p.attempt = pdi_structure_attempt;
+    p.accept = pdi_structure_accept;
+    p.finish = pdi_structure_arrive;
+    p.store = pdi_structure_keep;
+    return p;
+}
+
 pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 {
     pd_process p = pd_quasi_static_process(&s->rest);
     s->dissolve = dissolve;
+    if (pdi_structure_moves(s)) return pdi_structure_mover(s);
     p.name = "structure";
     p.self = s;
     p.start = pdi_structure_at;
@@ -43298,9 +43489,10 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_U:
+    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
-    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
+        return setup->has_solid && !setup->metal_body.springs ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_SLIP:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
@@ -43486,7 +43678,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed, m"},
-    {"solid", "E, nu, plane, m, influence, yield, hardening, stretch, force, speed_factor, rtol"},
+    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, toughness, force, speed_factor, "
+              "motion, density, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
@@ -44072,22 +44265,38 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
     return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
-static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+/* Poisson's ratio of springs follows from their law. */
+static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
 {
-    static const char *const planes[] = {"strain", "stress", NULL};
-    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_body *b = &s->setup->metal_body;
-    int plane = 0, influence;
-    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
-    if (b->young < 1e-30)
-        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
-    if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
-    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
-    b->plane = (pd_plane)plane;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
-    b->influence = (pd_influence)influence;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", "2", 1.0, 6.0, 0, &b->m));
-    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
+    if (PD_DIM == 1) return PD_OK;
+    if (b->springs && !pdi_text_has(s->ctx, s->text, section, "nu")) {
+        b->poisson = own;
+        return PD_OK;
+    }
+    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
+    if (!b->springs || fabs(b->poisson - own) < 1e-3) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g",
+                           b->poisson, own);
+}
+
+/* Flow and the stretch at which bonds break are of small strains, the energy of a crack of springs. */
+static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+{
+    static const char *const small[] = {"yield", "hardening", "stretch", "speed_factor"};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves = b->density > 0.0;
+    for (int k = 0; k < 4; k++)
+        if ((b->springs || moves) && pdi_text_has(s->ctx, s->text, section, small[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, small[k], "found with %s, expected %s",
+                                   b->springs ? "material = springs" : "motion = yes",
+                                   b->springs ? "toughness, by which springs break" : "a body in balance, or springs "
+                                   "with a toughness");
+    if (b->springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
+    if (pdi_text_has(s->ctx, s->text, section, "toughness"))
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found without material = springs, expected "
+                               "stretch, by which bonds break here");
     PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
@@ -44098,6 +44307,44 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
     if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+}
+
+/* In motion, with a density; springs and what moves do not dissolve. */
+static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
+{
+    static const char *const answers[] = {"no", "yes", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    if (s->setup->has_dissolve && (moves || b->springs))
+        return pdi_text_refuse(s->ctx, s->text, section, moves ? "motion" : "material",
+                               "found beside metal that dissolves, expected %s",
+                               moves ? "motion = no" : "material = correspondence");
+    if (moves) return pdi_reader_positive(s, section, "density", "kg/m3", NULL, &b->density);
+    if (!pdi_text_has(s->ctx, s->text, section, "density")) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
+}
+
+static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+{
+    static const char *const planes[] = {"strain", "stress", NULL};
+    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
+    static const char *const materials[] = {"correspondence", "springs", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int plane = 0, influence;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", materials, "correspondence", &b->springs));
+    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (b->young < 1e-30)
+        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
+    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    b->plane = (pd_plane)plane;
+    PDI_TRY(pdi_read_solid_poisson(s, section));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    b->influence = (pd_influence)influence;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", b->springs ? "3" : "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PDI_TRY(pdi_read_solid_motion(s, section));
+    return pdi_read_solid_ends(s, section);
 }
 
 /* What stress does to the speed at which metal dissolves. */
@@ -44112,6 +44359,22 @@ static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
                           &b->pace));
     b->paces = 1;
     return PD_OK;
+}
+
+/* 1: a load depends on time. */
+static int pdi_read_solid_timed(const pd_setup_body *b)
+{
+    int timed = 0;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            timed = timed || (grip->moves[d] && pdi_setup_timed(&grip->move[d]));
+            timed = timed || (grip->pulls && pdi_setup_timed(&grip->pull[d]));
+        }
+        timed = timed || (grip->presses && pdi_setup_timed(&grip->press));
+    }
+    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->weighs && pdi_setup_timed(&b->force[d]));
+    return timed;
 }
 
 PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
@@ -44133,6 +44396,7 @@ PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
     u->metal_body.weighs = pdi_text_has(s->ctx, s->text, section, "force");
     if (u->metal_body.weighs) PDI_TRY(pdi_read_solid_vector(s, section, "force", "N/m3", u->metal_body.force));
     PDI_TRY(pdi_read_solid_grips(s, section));
+    u->metal_body.timed = pdi_read_solid_timed(&u->metal_body);
     PDI_TRY(pdi_read_solid_tables(s, section));
     return pdi_read_solid_pace(s, section);
 }
@@ -44193,6 +44457,9 @@ static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut
     int count;
     if (!pdi_text_has(s->ctx, s->text, section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (s->setup->metal_body.springs || s->setup->metal_body.density > 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "contours", "found with %s, expected small strains in balance:"
+                               " J is theirs", s->setup->metal_body.springs ? "material = springs" : "motion = yes");
     if (PD_DIM != 2) return pdi_text_refuse(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %d length%s, expected 3: J is taken between"
@@ -46300,6 +46567,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
     int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
                   pdi_text_has(s->ctx, s->text, section, "until");
+    rests = rests && !(u->metal_body.density > 0.0);
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
@@ -46932,7 +47200,7 @@ static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const pd_structure *s = g->structure;
-    for (int d = 0; d < PD_DIM && grip->side >= 0; d++) {
+    for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_structure_moves(s); d++) {
         int found = !grip->moves[d];
         for (int32_t i = 0; i < s->count && !found; i++)
             found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
@@ -46983,7 +47251,7 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
 static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
     int side = g->setup->metal_body.grip[k].side;
-    if (!pdi_grip_free(g, k, i, d)) return 0.0;
+    if (pdi_structure_moves(g->structure) || !pdi_grip_free(g, k, i, d)) return 0.0;
     int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
     return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
 }
@@ -47010,11 +47278,12 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
     return PD_OK;
 }
 
-/* How much point i bears of a traction on a side, over its volume [1/m]. */
+/* How much point i bears of a traction on a side, over its volume [1/m]. Of springs the row at the side bears all. */
 static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
 {
     const pd_structure *s = g->structure;
     int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
+    if (!s->solid.edge) return row ? 0.0 : 1.0 / s->grid->h[axis];
     if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
     double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
     return side % 2 ? -edge : edge;
@@ -47071,14 +47340,14 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
 PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const pd_quasi_static *rest = &g->structure->rest;
+    const double *bonds = pdi_structure_force(g->structure), *load = pdi_structure_load(g->structure);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         double volume = g->structure->body.volume[i];
         if (!pdi_grip_holds(g, k, i)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t n = (int64_t)i * PD_DIM + d;
-            if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);
+            if (grip->moves[d]) force[d] -= volume * (bonds[n] + load[n]);
         }
     }
 }
@@ -47876,6 +48145,10 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.elastic.yield = b->yield;
     desc.elastic.hardening = b->hardening;
     desc.stretch = b->stretch;
+    desc.material = b->springs ? PD_STRUCTURE_SPRINGS : PD_STRUCTURE_CORRESPONDENCE;
+    desc.fracture = b->toughness;
+    desc.density = b->density;
+    desc.timed = b->timed;
     desc.rtol = b->rtol;
     desc.load = pdi_grip_load;
     desc.user = &m->grips;
@@ -48275,8 +48548,10 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
     if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
     switch (field) {
     case PD_FIELD_U:
-        for (int d = 0; d < PD_DIM; d++) square += s->rest.u[(int64_t)point * PD_DIM + d] *
-                                                   s->rest.u[(int64_t)point * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) {
+            double u = pdi_structure_u(s)[(int64_t)point * PD_DIM + d];
+            square += u * u;
+        }
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_PRESSURE: return s->pressure[point];
@@ -48611,7 +48886,7 @@ static void pdi_output_fill(pd_output *out)
     for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->structure.node[k];
-            double u = m->grid.kind[node] == PD_SOLID ? m->structure.rest.u[(int64_t)k * PD_DIM + d] : 0.0;
+            double u = m->grid.kind[node] == PD_SOLID ? pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d] : 0.0;
             out->displaced[(int64_t)d * m->grid.total + node] = u;
         }
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
@@ -48754,7 +49029,7 @@ static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, dou
     const pd_model *m = v->model;
     for (int64_t k = 0; k < out->cells; k++) {
         int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
-        const double *u = m->structure.rest.u + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
         int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
         move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
         move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
@@ -49310,6 +49585,9 @@ static void pdi_summary_solid(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_SOLID, "solid", text);
     if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
     if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+    if (b->springs) pdi_summary_line(s, "  %-12ssprings, cracks take %g J/m2 (0: none)", "", b->toughness);
+    if (b->density > 0.0) pdi_summary_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
+                                           m->structure.motion.longest);
 }
 
 /* "plane up, plane down, force pin" */
@@ -49523,26 +49801,50 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
-/* What has been put into a body and what has become of it, and its extremes. */
-static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
+/* Largest displacement and stresses of a body. */
+static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
 {
-    const pd_structure *s = &model->structure;
-    const pd_quasi_static *q = &s->rest;
-    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    const double *at = pdi_structure_u(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         double square = 0.0;
         if (!(s->stiff[i] > 0.0)) continue;
-        for (int d = 0; d < PD_DIM; d++) square += q->u[(int64_t)i * PD_DIM + d] * q->u[(int64_t)i * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
         u = fmax(u, sqrt(square));
         mises = fmax(mises, s->mises[i]);
         pressure = fmax(pressure, s->pressure[i]);
         if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
+    if (!s->solid.stress) return;
     pdi_monitor_put(m, "mises_max", "Pa", mises);
     pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
     if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+}
+
+/* What has been put into a body in motion and what has become of it. */
+static void pdi_monitor_motion(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    pdi_monitor_put(m, "work", unit, s->motion.work);
+    pdi_monitor_put(m, "kinetic", unit, pd_verlet_kinetic(&s->motion));
+    pdi_monitor_put(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->motion.u));
+    if (!(s->springs.critical > 0.0)) return;
+    pdi_monitor_put(m, "released", unit, s->springs.released);
+    pdi_monitor_put(m, "broken", "-", (double)s->motion.broken);
+}
+
+/* What has been put into a body and what has become of it, and its extremes. */
+static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_structure *s = &model->structure;
+    const pd_quasi_static *q = &s->rest;
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    pdi_monitor_extremes(s, m);
+    if (pdi_structure_moves(s)) {
+        pdi_monitor_motion(ctx, s, m);
+        return;
+    }
     pdi_monitor_put(m, "work", unit, q->work);
     pdi_monitor_put(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
@@ -49587,7 +49889,7 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
-        status = pd_crack_j(ctx, &s->rest.solid, &desc, s->rest.u, &j);
+        status = pd_crack_j(ctx, &s->solid, &desc, pdi_structure_u(s), &j);
         if (status < 0 && status != PD_ERR_GEOMETRY) return status;
         pdi_monitor_put(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
     }
@@ -49601,7 +49903,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];

@@ -22,6 +22,9 @@ PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
     PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
     PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+    if (!pdi_structure_moves(structure)) return;
+    PDI_STATE(owner, structure, load, (int64_t)structure->count * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, structure, target, (int64_t)structure->count * PD_DIM, "m");
 }
 
 PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
@@ -102,16 +105,74 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int32_t i = 0; i < s->count; i++)
+    for (int32_t i = 0; i < s->count && s->desc.material == PD_STRUCTURE_CORRESPONDENCE; i++)
         if (s->elastic.total[i] > 0.0) return 1;
-    return 0;
+    return s->desc.material == PD_STRUCTURE_SPRINGS && s->body.bonds > 0;
+}
+
+static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_structure_desc *desc = &s->desc;
+    pd_microelastic_desc springs;
+    memset(&springs, 0, sizeof springs);
+    if (desc->material == PD_STRUCTURE_CORRESPONDENCE) {
+        s->desc.elastic.stiff = s->stiff;
+        s->desc.elastic.loose = 1;
+        PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+        s->solid = pd_elastic_solid(&s->elastic);
+        return PD_OK;
+    }
+    springs.young = desc->elastic.young;
+    springs.plane = desc->elastic.plane;
+    springs.influence = desc->elastic.influence;
+    springs.fracture = desc->fracture;
+    PDI_TRY(pd_microelastic_build(ctx, &s->body, &springs, &s->springs));
+    s->solid = pd_microelastic_solid(&s->springs);
+    return PD_OK;
+}
+
+static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
+{
+    pd_quasi_static_desc rest;
+    memset(&rest, 0, sizeof rest);
+    rest.held = s->held;
+    rest.load = s->desc.load;
+    rest.user = s->desc.user;
+    rest.criterion.critical = s->desc.material == PD_STRUCTURE_SPRINGS ? s->springs.critical : s->desc.stretch;
+    rest.eager = -1.0;
+    rest.rtol = s->desc.rtol;
+    return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
+}
+
+static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
+{
+    pd_verlet_desc motion;
+    memset(&motion, 0, sizeof motion);
+    motion.density = s->desc.density;
+    motion.load = s->load;
+    motion.held = s->held;
+    return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
+}
+
+static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
+{
+    int springs = desc->material == PD_STRUCTURE_SPRINGS;
+    if ((int)desc->material < 0 || (int)desc->material > PD_STRUCTURE_SPRINGS || !(desc->density >= 0.0) ||
+        !(desc->fracture >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
+                        "or 1 and numbers that are not negative", (int)desc->material, desc->density, desc->fracture);
+    if (springs ? desc->stretch > 0.0 || desc->elastic.yield > 0.0 || desc->pace != NULL
+                : desc->fracture > 0.0 || (desc->density > 0.0 && (desc->stretch > 0.0 || desc->elastic.yield > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", springs ? "springs with a stretch, a yield stress or a pace,"
+                        " expected an energy of cracks alone" : "small strains with an energy of cracks, or that break"
+                        " or flow in motion, expected a balance with a stretch, or springs");
+    return PD_OK;
 }
 
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
-    pd_quasi_static_desc rest;
     memset(s, 0, sizeof *s);
-    memset(&rest, 0, sizeof rest);
+    PDI_TRY(pdi_structure_check(ctx, desc));
     s->desc = *desc;
     s->grid = grid;
     s->total = grid->total;
@@ -120,21 +181,12 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_owner_build(ctx, pdi_structure_list, s));
     PDI_TRY(pdi_structure_points(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
-    s->desc.elastic.stiff = s->stiff;
-    s->desc.elastic.loose = 1;
-    PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
+    PDI_TRY(pdi_structure_material(ctx, s));
     if (!pdi_structure_bears(s))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
     for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
-    rest.held = s->held;
-    rest.load = desc->load;
-    rest.user = desc->user;
-    rest.criterion.critical = desc->stretch;
-    rest.eager = -1.0;
-    rest.rtol = desc->rtol;
-    pd_solid solid = pd_elastic_solid(&s->elastic);
-    return pd_quasi_static_build(ctx, &solid, &rest, &s->rest);
+    return pdi_structure_moves(s) ? pdi_structure_motion(ctx, s) : pdi_structure_balance(ctx, s);
 }
 
 pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
@@ -146,7 +198,9 @@ pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structur
 
 void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 {
+    pd_verlet_free(ctx, &s->motion);
     pd_quasi_static_free(ctx, &s->rest);
+    pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
     pdi_owner_free(ctx, pdi_structure_list, s);
@@ -155,24 +209,26 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* The stress of the metal that is left, of the present balance. */
+/* The stress of the metal that is left, now. Springs have none. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
-    const pd_solid *solid = &s->rest.solid;
-    solid->stress(ctx, solid->self, s->rest.u, s->stress);
+    const pd_solid *solid = &s->solid;
+    s->seen = s->rest.solves;
+    if (!solid->stress) return;
+    solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
         double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
         s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
     }
-    s->seen = s->rest.solves;
 }
 
 /* Strains have to be small. */
 static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
+    if (!s->solid.stress) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
@@ -207,6 +263,14 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 
 /* ---- a process ---- */
 
+/* Springs and what moves stay as they are. */
+static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
+{
+    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material == PD_STRUCTURE_CORRESPONDENCE)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one of small strains in "
+                    "balance", pdi_structure_moves(s) ? "in motion" : "of springs");
+}
+
 /* Stiffness of the metal that is left; the balance is stale when it is another. */
 static void pdi_structure_stiffen(pd_structure *s)
 {
@@ -237,6 +301,7 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
 static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
 {
     pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_structure_stays(ctx, s));
     return s->dissolve && s->rest.known ? PD_OK : pdi_structure_to(ctx, s, t);
 }
 
@@ -270,10 +335,103 @@ static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archiv
     return pdi_structure_pace(ctx, s);
 }
 
+/* ---- motion ---- */
+
+/* Loads at time t, and into `target` where what is held is to be then. */
+static pd_status pdi_structure_loads(pd_ctx *ctx, pd_structure *s, double t)
+{
+    int64_t n = (int64_t)s->count * PD_DIM;
+    for (int64_t k = 0; k < n; k++) s->load[k] = 0.0;
+    memcpy(s->target, s->motion.u, (size_t)n * sizeof *s->target);
+    return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
+}
+
+static pd_status pdi_structure_set_out(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_structure_stays(ctx, s));
+    PDI_TRY(pdi_structure_loads(ctx, s, t));
+    memcpy(s->motion.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
+    s->motion.time = t;
+    pdi_structure_stress(ctx, s);
+    return PD_OK;
+}
+
+/* What is held moves evenly to where it has to be at the end of the step, and who holds it gives it its speed. */
+static void pdi_structure_hold(pd_structure *s, double dt)
+{
+    pdi_sum work = {0.0, 0.0};
+    for (int64_t k = 0; k < (int64_t)s->count * PD_DIM; k++) {
+        double *v = &s->motion.v[k], next = (s->target[k] - s->motion.u[k]) / dt;
+        if (!s->held[k]) continue;
+        pdi_sum_add(&work, 0.5 * s->desc.density * s->body.volume[k / PD_DIM] * (next - *v) * (next + *v));
+        *v = next;
+    }
+    s->motion.work += pdi_sum_total(&work);
+}
+
+/* Loads are those of the middle of the step. */
+static pd_status pdi_structure_attempt(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    if (s->desc.timed) {
+        PDI_TRY(pdi_structure_loads(ctx, s, step->time + step->dt));
+        pdi_structure_hold(s, step->dt);
+        PDI_TRY(pdi_structure_loads(ctx, s, step->time + 0.5 * step->dt));
+    }
+    return motion.attempt(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_limit(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    return motion.limit(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    return motion.accept(ctx, motion.self, step);
+}
+
+static pd_status pdi_structure_arrive(pd_ctx *ctx, void *self, double t)
+{
+    (void)t;
+    pdi_structure_stress(ctx, (pd_structure *)self);
+    return PD_OK;
+}
+
+static pd_status pdi_structure_keep(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    PDI_TRY(pdi_owner_store(ctx, pdi_structure_list, s, archive));
+    PDI_TRY(motion.store(ctx, motion.self, archive));
+    if (archive->reading) pdi_structure_stress(ctx, s);
+    return PD_OK;
+}
+
+static pd_process pdi_structure_mover(pd_structure *s)
+{
+    pd_process p = pd_verlet_process(&s->motion);
+    p.name = "structure";
+    p.self = s;
+    p.inner = 1;
+    p.start = pdi_structure_set_out;
+    p.limit = pdi_structure_limit;
+    p.attempt = pdi_structure_attempt;
+    p.accept = pdi_structure_accept;
+    p.finish = pdi_structure_arrive;
+    p.store = pdi_structure_keep;
+    return p;
+}
+
 pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 {
     pd_process p = pd_quasi_static_process(&s->rest);
     s->dissolve = dissolve;
+    if (pdi_structure_moves(s)) return pdi_structure_mover(s);
     p.name = "structure";
     p.self = s;
     p.start = pdi_structure_at;

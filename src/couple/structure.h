@@ -1,9 +1,10 @@
-/* structure: the metal of a lattice as a body under load.
+/* structure: the metal of a lattice as a body under load, in balance or in motion.
  *
  * Points are the solid nodes of the start. A node that turns fluid loses its bonds; one that has lost a part of its
  * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
  * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
- * the next step knows its stress: the coupling is of first order in time.
+ * the next step knows its stress: the coupling is of first order in time. With a density it moves instead, by velocity
+ * Verlet from rest, and none of it dissolves. Its bonds may be springs.
  */
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
@@ -11,6 +12,13 @@
 #include "solid/elastic.h"
 #include "solid/quasi_static.h"
 #include "solid/cut.h"
+#include "solid/microelastic.h"
+#include "solid/verlet.h"
+
+typedef enum pd_structure_material {
+    PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, which may flow (elastic.h) */
+    PD_STRUCTURE_SPRINGS = 1         /* bonds that are springs and break (microelastic.h); there is no stress */
+} pd_structure_material;
 
 /* What the speed may depend on. */
 typedef struct pd_structure_at {
@@ -33,8 +41,12 @@ typedef struct pd_structure_cut {
 
 typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
-    pd_elastic_desc elastic; /* its `stiff` and `loose` are those of the structure */
-    double stretch;          /* [-] at which bonds break; 0: none does */
+    pd_structure_material material;
+    pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
+    double stretch;          /* [-] at which bonds of small strains break, in balance; 0: none does */
+    double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
+    double density;          /* [kg/m3] the body moves; 0: it is in balance */
+    int timed;               /* 1: loads of a body that moves depend on time */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
@@ -55,7 +67,11 @@ typedef struct pd_structure {
     int32_t *point;          /* [total] of a node; -1: none */
     pd_body body;
     pd_elastic elastic;
-    pd_quasi_static rest;
+    pd_microelastic springs;
+    pd_solid solid;          /* one of them */
+    pd_quasi_static rest;    /* in balance */
+    pd_verlet motion;        /* in motion */
+    double *load, *target;   /* [count][PD_DIM] [N/m3], [m] of what moves: loads, and where it is held */
     uint8_t *held;           /* [count][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the build */
     double *stiff;           /* [count] [-] */
     double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
@@ -68,12 +84,13 @@ typedef struct pd_structure {
 #define pd_structure_process PD_NAME(pd_structure_process)
 #define pd_structure_free PD_NAME(pd_structure_free)
 
-/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range. PD_ERR_GEOMETRY: no metal; a
- * node whose bonds do not span all directions; a cut that crosses no bond. */
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; small strains that flow or
+ * break in motion. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a cut that crosses no
+ * bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
-/* Its balance as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
- * structure->factor. */
+/* Its balance or motion as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
+ * structure->factor. Springs and what moves do not dissolve: PD_ERR_ARGUMENT as it starts. */
 PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
 PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
@@ -81,6 +98,20 @@ PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
 /* Share of the bonds of a point that are broken [-]. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
+static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
+/* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */
+static inline const double *pdi_structure_u(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->motion.u : s->rest.u;
+}
+static inline const double *pdi_structure_force(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->motion.force : s->rest.force;
+}
+static inline const double *pdi_structure_load(const pd_structure *s)
+{
+    return pdi_structure_moves(s) ? s->load : s->rest.load;
+}
 #endif
 
 #endif

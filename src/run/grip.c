@@ -58,7 +58,7 @@ static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
     const pd_structure *s = g->structure;
-    for (int d = 0; d < PD_DIM && grip->side >= 0; d++) {
+    for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_structure_moves(s); d++) {
         int found = !grip->moves[d];
         for (int32_t i = 0; i < s->count && !found; i++)
             found = pdi_grip_row(g, i, grip->side) == 0 && pdi_grip_free(g, k, i, d);
@@ -109,7 +109,7 @@ static pd_status pdi_grip_finite(pd_ctx *ctx, double value, const double *x, dou
 static double pdi_grip_beyond(const pd_grips *g, int k, int32_t i, int d, const double *u)
 {
     int side = g->setup->metal_body.grip[k].side;
-    if (!pdi_grip_free(g, k, i, d)) return 0.0;
+    if (pdi_structure_moves(g->structure) || !pdi_grip_free(g, k, i, d)) return 0.0;
     int32_t first = pdi_grip_inner(g, i, side, g->rows[k]), next = pdi_grip_inner(g, i, side, g->rows[k] + 1);
     return (pdi_grip_row(g, i, side) + 0.5) * (u[(int64_t)next * PD_DIM + d] - u[(int64_t)first * PD_DIM + d]);
 }
@@ -136,11 +136,12 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, double t, 
     return PD_OK;
 }
 
-/* How much point i bears of a traction on a side, over its volume [1/m]. */
+/* How much point i bears of a traction on a side, over its volume [1/m]. Of springs the row at the side bears all. */
 static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
 {
     const pd_structure *s = g->structure;
     int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
+    if (!s->solid.edge) return row ? 0.0 : 1.0 / s->grid->h[axis];
     if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
     double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
     return side % 2 ? -edge : edge;
@@ -197,14 +198,14 @@ PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, dou
 PDI_FN void pdi_grip_reaction(const pd_grips *g, int k, double *force)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const pd_quasi_static *rest = &g->structure->rest;
+    const double *bonds = pdi_structure_force(g->structure), *load = pdi_structure_load(g->structure);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         double volume = g->structure->body.volume[i];
         if (!pdi_grip_holds(g, k, i)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t n = (int64_t)i * PD_DIM + d;
-            if (grip->moves[d]) force[d] -= volume * (rest->force[n] + rest->load[n]);
+            if (grip->moves[d]) force[d] -= volume * (bonds[n] + load[n]);
         }
     }
 }

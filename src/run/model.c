@@ -332,6 +332,10 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.elastic.yield = b->yield;
     desc.elastic.hardening = b->hardening;
     desc.stretch = b->stretch;
+    desc.material = b->springs ? PD_STRUCTURE_SPRINGS : PD_STRUCTURE_CORRESPONDENCE;
+    desc.fracture = b->toughness;
+    desc.density = b->density;
+    desc.timed = b->timed;
     desc.rtol = b->rtol;
     desc.load = pdi_grip_load;
     desc.user = &m->grips;

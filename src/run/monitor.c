@@ -158,26 +158,50 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
 }
 
-/* What has been put into a body and what has become of it, and its extremes. */
-static void pdi_monitor_solid(pd_model *model, pd_monitor *m)
+/* Largest displacement and stresses of a body. */
+static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
 {
-    const pd_structure *s = &model->structure;
-    const pd_quasi_static *q = &s->rest;
-    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    const double *at = pdi_structure_u(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         double square = 0.0;
         if (!(s->stiff[i] > 0.0)) continue;
-        for (int d = 0; d < PD_DIM; d++) square += q->u[(int64_t)i * PD_DIM + d] * q->u[(int64_t)i * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
         u = fmax(u, sqrt(square));
         mises = fmax(mises, s->mises[i]);
         pressure = fmax(pressure, s->pressure[i]);
         if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
+    if (!s->solid.stress) return;
     pdi_monitor_put(m, "mises_max", "Pa", mises);
     pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
     if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+}
+
+/* What has been put into a body in motion and what has become of it. */
+static void pdi_monitor_motion(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
+{
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    pdi_monitor_put(m, "work", unit, s->motion.work);
+    pdi_monitor_put(m, "kinetic", unit, pd_verlet_kinetic(&s->motion));
+    pdi_monitor_put(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->motion.u));
+    if (!(s->springs.critical > 0.0)) return;
+    pdi_monitor_put(m, "released", unit, s->springs.released);
+    pdi_monitor_put(m, "broken", "-", (double)s->motion.broken);
+}
+
+/* What has been put into a body and what has become of it, and its extremes. */
+static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+{
+    const pd_structure *s = &model->structure;
+    const pd_quasi_static *q = &s->rest;
+    const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
+    pdi_monitor_extremes(s, m);
+    if (pdi_structure_moves(s)) {
+        pdi_monitor_motion(ctx, s, m);
+        return;
+    }
     pdi_monitor_put(m, "work", unit, q->work);
     pdi_monitor_put(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
@@ -222,7 +246,7 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
-        status = pd_crack_j(ctx, &s->rest.solid, &desc, s->rest.u, &j);
+        status = pd_crack_j(ctx, &s->solid, &desc, pdi_structure_u(s), &j);
         if (status < 0 && status != PD_ERR_GEOMETRY) return status;
         pdi_monitor_put(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
     }
@@ -236,7 +260,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
     if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];

@@ -33,7 +33,7 @@ static void pdi_output_fill(pd_output *out)
     for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->structure.node[k];
-            double u = m->grid.kind[node] == PD_SOLID ? m->structure.rest.u[(int64_t)k * PD_DIM + d] : 0.0;
+            double u = m->grid.kind[node] == PD_SOLID ? pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d] : 0.0;
             out->displaced[(int64_t)d * m->grid.total + node] = u;
         }
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
@@ -176,7 +176,7 @@ static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, dou
     const pd_model *m = v->model;
     for (int64_t k = 0; k < out->cells; k++) {
         int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
-        const double *u = m->structure.rest.u + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
         int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
         move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
         move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;

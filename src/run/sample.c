@@ -53,8 +53,10 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
     if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
     switch (field) {
     case PD_FIELD_U:
-        for (int d = 0; d < PD_DIM; d++) square += s->rest.u[(int64_t)point * PD_DIM + d] *
-                                                   s->rest.u[(int64_t)point * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) {
+            double u = pdi_structure_u(s)[(int64_t)point * PD_DIM + d];
+            square += u * u;
+        }
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_PRESSURE: return s->pressure[point];

@@ -175,6 +175,9 @@ static void pdi_summary_solid(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_SOLID, "solid", text);
     if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
     if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+    if (b->springs) pdi_summary_line(s, "  %-12ssprings, cracks take %g J/m2 (0: none)", "", b->toughness);
+    if (b->density > 0.0) pdi_summary_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
+                                           m->structure.motion.longest);
 }
 
 /* "plane up, plane down, force pin" */

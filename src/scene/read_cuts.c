@@ -54,6 +54,9 @@ static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut
     int count;
     if (!pdi_text_has(s->ctx, s->text, section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (s->setup->metal_body.springs || s->setup->metal_body.density > 0.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "contours", "found with %s, expected small strains in balance:"
+                               " J is theirs", s->setup->metal_body.springs ? "material = springs" : "motion = yes");
     if (PD_DIM != 2) return pdi_text_refuse(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %d length%s, expected 3: J is taken between"

@@ -115,22 +115,38 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
     return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
-static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+/* Poisson's ratio of springs follows from their law. */
+static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
 {
-    static const char *const planes[] = {"strain", "stress", NULL};
-    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
     pd_setup_body *b = &s->setup->metal_body;
-    int plane = 0, influence;
-    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
-    if (b->young < 1e-30)
-        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
-    if (PD_DIM > 1) PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
-    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
-    b->plane = (pd_plane)plane;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
-    b->influence = (pd_influence)influence;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", "2", 1.0, 6.0, 0, &b->m));
-    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
+    if (PD_DIM == 1) return PD_OK;
+    if (b->springs && !pdi_text_has(s->ctx, s->text, section, "nu")) {
+        b->poisson = own;
+        return PD_OK;
+    }
+    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
+    if (!b->springs || fabs(b->poisson - own) < 1e-3) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g",
+                           b->poisson, own);
+}
+
+/* Flow and the stretch at which bonds break are of small strains, the energy of a crack of springs. */
+static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+{
+    static const char *const small[] = {"yield", "hardening", "stretch", "speed_factor"};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves = b->density > 0.0;
+    for (int k = 0; k < 4; k++)
+        if ((b->springs || moves) && pdi_text_has(s->ctx, s->text, section, small[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, small[k], "found with %s, expected %s",
+                                   b->springs ? "material = springs" : "motion = yes",
+                                   b->springs ? "toughness, by which springs break" : "a body in balance, or springs "
+                                   "with a toughness");
+    if (b->springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
+    if (pdi_text_has(s->ctx, s->text, section, "toughness"))
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found without material = springs, expected "
+                               "stretch, by which bonds break here");
     PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
@@ -141,6 +157,44 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
     if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+}
+
+/* In motion, with a density; springs and what moves do not dissolve. */
+static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
+{
+    static const char *const answers[] = {"no", "yes", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    if (s->setup->has_dissolve && (moves || b->springs))
+        return pdi_text_refuse(s->ctx, s->text, section, moves ? "motion" : "material",
+                               "found beside metal that dissolves, expected %s",
+                               moves ? "motion = no" : "material = correspondence");
+    if (moves) return pdi_reader_positive(s, section, "density", "kg/m3", NULL, &b->density);
+    if (!pdi_text_has(s->ctx, s->text, section, "density")) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
+}
+
+static pd_status pdi_read_solid_law(pdi_reader *s, int section)
+{
+    static const char *const planes[] = {"strain", "stress", NULL};
+    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
+    static const char *const materials[] = {"correspondence", "springs", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int plane = 0, influence;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", materials, "correspondence", &b->springs));
+    PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (b->young < 1e-30)
+        return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
+    if (PD_DIM == 2) PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    b->plane = (pd_plane)plane;
+    PDI_TRY(pdi_read_solid_poisson(s, section));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    b->influence = (pd_influence)influence;
+    PDI_TRY(pdi_reader_within(s, section, "m", "", b->springs ? "3" : "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PDI_TRY(pdi_read_solid_motion(s, section));
+    return pdi_read_solid_ends(s, section);
 }
 
 /* What stress does to the speed at which metal dissolves. */
@@ -155,6 +209,22 @@ static pd_status pdi_read_solid_pace(pdi_reader *s, int section)
                           &b->pace));
     b->paces = 1;
     return PD_OK;
+}
+
+/* 1: a load depends on time. */
+static int pdi_read_solid_timed(const pd_setup_body *b)
+{
+    int timed = 0;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            timed = timed || (grip->moves[d] && pdi_setup_timed(&grip->move[d]));
+            timed = timed || (grip->pulls && pdi_setup_timed(&grip->pull[d]));
+        }
+        timed = timed || (grip->presses && pdi_setup_timed(&grip->press));
+    }
+    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->weighs && pdi_setup_timed(&b->force[d]));
+    return timed;
 }
 
 PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
@@ -176,6 +246,7 @@ PDI_FN pd_status pdi_read_solid_read(pdi_reader *s)
     u->metal_body.weighs = pdi_text_has(s->ctx, s->text, section, "force");
     if (u->metal_body.weighs) PDI_TRY(pdi_read_solid_vector(s, section, "force", "N/m3", u->metal_body.force));
     PDI_TRY(pdi_read_solid_grips(s, section));
+    u->metal_body.timed = pdi_read_solid_timed(&u->metal_body);
     PDI_TRY(pdi_read_solid_tables(s, section));
     return pdi_read_solid_pace(s, section);
 }

@@ -445,6 +445,7 @@ static pd_status pdi_scene_run(pdi_reader *s)
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
     int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
                   pdi_text_has(s->ctx, s->text, section, "until");
+    rests = rests && !(u->metal_body.density > 0.0);
     if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));

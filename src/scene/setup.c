@@ -124,9 +124,10 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_U:
+    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
-    case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
+        return setup->has_solid && !setup->metal_body.springs ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_SLIP:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";

@@ -211,6 +211,10 @@ typedef struct pd_setup_body {
     double m;                /* [-] horizon ratio of its bonds */
     double yield, hardening; /* [Pa] 0: it does not flow */
     double stretch;          /* [-] at which bonds break, 0: none does */
+    int springs;             /* 1: its bonds are springs */
+    double toughness;        /* [J/m2] of springs; 0: none breaks */
+    double density;          /* [kg/m3] it moves; 0: it is in balance */
+    int timed;               /* 1: loads depend on time */
     double rtol;             /* [-] */
     pd_expr force[PD_DIM];   /* of x, y, z, t; in N/m3 */
     int weighs;              /* 1: there is one */

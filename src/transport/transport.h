@@ -31,7 +31,7 @@ typedef struct pd_transport_desc {
     pd_advection advection;
     double tolerance;       /* [-] of the linear solves, relative to the right-hand side; 0: 1e-11 */
     int max_limiter;        /* Newton steps on the limited equations in one implicit step; 0: 30 */
-    double limiter_tolerance; /* [-] change of the field by a whole one of them, relative, at which they stop; 0: 1e-10 */
+    double limiter_tolerance; /* [-] relative change of the field by a whole one of them at which they stop; 0: 1e-10 */
     int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
                              * it, steps are refused, fluxes are 0 */
 } pd_transport_desc;
