@@ -80,9 +80,19 @@ spoil "metal too thin to bear" "s/^\[run\]/$solid[run]/;s/-20 um .. 20 um/-60 um
 smaller h"
 spoil "yield below the balance" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 1 Pa/" \
     "bad.scene:8: yield: found 1 Pa, expected 0 or at least 1000 rtol E = 450000 Pa: balances are no finer"
-spoil "toughness" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2/" \
-    "bad.scene:8: found the unknown key 'toughness' in [solid], expected one of E, nu, plane, m, influence, yield, \
-hardening, stretch, force, speed_factor, rtol"
+spoil "toughness of small strains" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2/" \
+    "bad.scene:8: toughness: found without material = springs, expected stretch, by which bonds break here"
+spoil "unknown key of metal" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   tougness = 5 J\/m2/" \
+    "bad.scene:8: found the unknown key 'tougness' in [solid], expected one of E, nu, plane, m, influence, material, \
+yield, hardening, stretch, toughness, force, speed_factor, motion, density, rtol: did you mean 'toughness'?"
+spoil "ratio of springs" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = springs/" \
+    "bad.scene:8: nu: found 0.3 with material = springs, expected their 0.25"
+spoil "springs that dissolve" "s/^\[run\]/$solid[run]/;s/nu = 0.3/material = springs/" \
+    "bad.scene:8: material: found beside metal that dissolves, expected material = correspondence"
+spoil "motion of what dissolves" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   motion = yes   density = 7 g\/cm3/" \
+    "bad.scene:8: motion: found beside metal that dissolves, expected motion = no"
+spoil "density without motion" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   density = 7 g\/cm3/" \
+    "bad.scene:8: density: found without motion = yes, expected both"
 spoil "fractional cells" 's/h = 10 um/h = 7 um/' \
     "bad.scene:1: box: found 300 um on axis x, 42.8571 cells of 7 um, expected a whole number of cells"
 spoil "one range" 's/, -60 um .. 60 um//' "bad.scene:1: box: found 1 range, expected 2, one for each axis: \
@@ -201,6 +211,34 @@ spoil "probe in the wall" \
     's/at = 100 um, 0/at = 100 um, 0\n[shape lid] box = 90 um .. 120 um, -60 um .. 60 um   kind = wall/' \
     "bad.scene:10: probe: 'a' stands in the wall, 10 um behind its surface, expected a place in the fluid or metal, or \
 on a surface: move it by that much"
+# ---- bodies in motion ----
+
+# glass NAME SED MESSAGE: one edit of a plate that moves.
+glass() {
+    sed "$2" > bad.scene << 'END'
+[grid]      h = 1 mm   box = 0 .. 40 mm, 0 .. 20 mm
+[shape plt] box = 0 .. 40 mm, 0 .. 20 mm   kind = solid
+[side y+]   traction = 0 Pa, 1 MPa
+[solid]     material = springs   E = 72 GPa   toughness = 100 J/m2   motion = yes   density = 2 g/cm3
+[cut a]     points = 0 mm, 10 mm, 20 mm, 10 mm
+[run]       until = 10 us
+[output]    every = 10 us   fields = u
+END
+    rejects "$1" "bad.scene:$3"
+}
+
+glass "motion without density" 's/density = 2 g.cm3//' \
+    "4: found no 'density' in [solid], expected density = a density [kg/m3]"
+glass "motion without end" 's/until = 10 us//' "6: found no 'until' in [run], expected until = a time [s]"
+glass "stretch of springs" 's/toughness = 100 J.m2/stretch = 0.01/' \
+    "4: stretch: found with material = springs, expected toughness, by which springs break"
+glass "small strains that break in motion" 's/springs/correspondence   nu = 0.3/;s/toughness = 100 J.m2/stretch = 0.01/' \
+    "4: stretch: found with motion = yes, expected a body in balance, or springs with a toughness"
+glass "J of springs" 's/10 mm$/10 mm   contours = 3 mm, 6 mm, 9 mm/' \
+    "5: contours: found with material = springs, expected small strains in balance: J is theirs"
+glass "stress of springs" 's/fields = u/fields = u, mises/' \
+    "7: fields: found 'mises', which needs a [solid] section whose bonds are no springs"
+
 # ---- bond-based corrosion ----
 
 pit() {

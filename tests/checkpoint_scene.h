@@ -103,6 +103,14 @@
     "[run] until = 0.5 s  max_step = 0.1 s\n" \
     BREAKS("0.04 um * t / (1 s)")
 
+#define SOLID_MOVES \
+    "[grid] h = 1 mm  box = -12 mm .. 8 mm" ACROSS("-6 mm .. 6 mm") "\n[shape bar] box = -12 mm .. 8 mm" \
+    ACROSS("-6 mm .. 6 mm") "  kind = solid\n[shape foot] box = -12 mm .. 8 mm, -6 mm .. -5 mm  kind = grip" \
+    "  ux = 0 mm  uy = 0 mm\n[shape hand] box = -12 mm .. 8 mm, 5 mm .. 6 mm  kind = grip  uy = 20 m/s * t\n" \
+    "[cut a] points = -12 mm, 0 mm, -4 mm, 0 mm\n[solid] material = springs  E = 72 GPa  toughness = 20 J/m2" \
+    "  motion = yes  density = 2440 kg/m3\n[run] until = 8 us  max_step = 1 us\n[output] every = 2 us" \
+    "  fields = u, broken  images = broken" SLICE "\n"
+
 static const struct {
     const char *name, *text;
 } kinds[] = {{"coupled", COUPLED},
@@ -115,6 +123,7 @@ static const struct {
 #if PD_DIM == 2
              {"metal that breaks", SOLID_BREAKS},
              {"metal that breaks and dissolves", SOLID_DISSOLVES},
+             {"springs in motion", SOLID_MOVES},
 #endif
              {"corrosion, activation", CORRODE_ACTIVATION}};
 #define KINDS ((int)(sizeof kinds / sizeof kinds[0]))

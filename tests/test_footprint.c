@@ -24,6 +24,7 @@ static const example examples[] = {
     {"intergranular_2d.scene", "h=2 um"},
     {"plate_hole_2d.scene", NULL},
     {"pit_304_2d.scene", "h=2 um"},
+    {"glass_branching_2d.scene", "h=0.5 mm"},
     {"validation/annulus_2d.scene", NULL},
     {"validation/layers_2d.scene", NULL},
     {"validation/startup_2d.scene", NULL},

@@ -160,8 +160,8 @@ TEST(springs_in_balance)
     double force[PD_DIM];
     snprintf(text, sizeof text, BAR "[shape foot] box = 0 .. 3 mm" ACROSS "  kind = grip  ux = 0 mm\n"
              "[shape hand] box = 77 mm .. 80 mm" ACROSS "  kind = grip  ux = 1 um\n%s[solid] E = 200 GPa  %s%s\n",
-             PD_DIM == 1 ? "" : "[shape mid] box = 40 mm .. 41 mm, 4 mm .. 5 mm  kind = grip  uy = 0 mm\n", materials[1],
-             planes[1]);
+             PD_DIM == 1 ? "" : "[shape mid] box = 40 mm .. 41 mm, 4 mm .. 5 mm  kind = grip  uy = 0 mm\n",
+             materials[1], planes[1]);
     scene_case *c = run(text);
     if (!c) return;
     pdi_grip_reaction(&c->model.grips, 1, force);
