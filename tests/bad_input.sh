@@ -232,7 +232,8 @@ glass "motion without density" 's/density = 2 g.cm3//' \
 glass "motion without end" 's/until = 10 us//' "6: found no 'until' in [run], expected until = a time [s]"
 glass "stretch of springs" 's/toughness = 100 J.m2/stretch = 0.01/' \
     "4: stretch: found with material = springs, expected toughness, by which springs break"
-glass "small strains that break in motion" 's/springs/correspondence   nu = 0.3/;s/toughness = 100 J.m2/stretch = 0.01/' \
+glass "small strains that break in motion" \
+    's/springs/correspondence   nu = 0.3/;s/toughness = 100 J.m2/stretch = 0.01/' \
     "4: stretch: found with motion = yes, expected a body in balance, or springs with a toughness"
 glass "J of springs" 's/10 mm$/10 mm   contours = 3 mm, 6 mm, 9 mm/' \
     "5: contours: found with material = springs, expected small strains in balance: J is theirs"
