@@ -108,6 +108,7 @@
  *     elastic    small strains of a body by bond-associated correspondence.
  *     criterion  when bonds of a solid break, which do, and which is the first as a load grows.
  *     equilibrium displacements of a body at rest under loads and held points.
+ *     sequential a load in proportion, one broken bond after another, where the load has to fall again for the next one.
  *     quasi_static a body that follows its loads without inertia, with bonds that break and the balance of energies.
  *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
@@ -4442,6 +4443,66 @@ PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, con
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
 #endif
+
+#endif
+
+/* ======== >>solid/sequential.h ======== */
+/* sequential: a load in proportion, one broken bond after another, where the load has to fall again for the next one.
+ *
+ * Sequentially linear analysis, of materials whose forces are linear. The balance of the bonds that are left is found
+ * for the load times 1. The factor at which the first of them reaches its critical value is the next event; it breaks,
+ * with those that tie with it, and so on. Factors may fall and so may displacements: the path follows what arc length
+ * follows, and needs no iteration. Force F and displacement q are conjugate: F works along q. Of moved points q is the
+ * factor, of loads F is. Bonds break while q stays: what is stored less then is what they have taken. Then q goes on,
+ * forward or back, to the next event (theory: 8.7).
+ *
+ * Source: Rots and Invernizzi 2004 (sequentially linear analysis).
+ */
+#ifndef PD_SEQUENTIAL_H
+#define PD_SEQUENTIAL_H
+
+/* Zero-initialise. Either `moved` or `load` is given. */
+typedef struct pd_sequential_desc {
+    const uint8_t *held;         /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    const double *moved;         /* [count][PD_DIM] [m] displacements of what is held, at the factor 1; NULL: 0.
+                                  * Borrowed */
+    const double *load;          /* [count][PD_DIM] [N/m3] at the factor 1; NULL: none. Borrowed */
+    pd_criterion_desc criterion; /* by which bonds break */
+    double rtol;                 /* [-] as of pd_equilibrium_desc */
+} pd_sequential_desc;
+
+typedef struct pd_sequential {
+    pd_sequential_desc desc;
+    pd_solid solid;
+    pd_criterion criterion;
+    int64_t n;            /* components of all points */
+    double *u;            /* [n] [m] at the factor 1, of the bonds that are left */
+    double *at;           /* [n] [m] at the last event, before its bonds broke */
+    double factor;        /* [-] of the last event */
+    double force;         /* F there, before bonds break: [N m] of moved points (per m in 2D, per m2 in 1D), [-] of
+                           * loads */
+    double displacement;  /* q there: [-] of moved points, [N m] (per m in 2D, per m2 in 1D) of loads */
+    double stored;        /* [J] (per m in 2D, per m2 in 1D) there, before bonds break */
+    double work;          /* [J] of the load up to there */
+    double dissipated;    /* [J] that bonds have taken, those of the last event not yet counted; at the end all */
+    pd_criterion_bond first; /* the bond of the last event */
+    int64_t events, broken;
+    double whole;         /* [J] stored at the factor 1 by all bonds */
+    int done;             /* 1: no other bond breaks, or a loaded piece has come off */
+    int iterations;       /* of the last balance */
+} pd_sequential;
+
+#define pd_sequential_build PD_NAME(pd_sequential_build)
+#define pd_sequential_next PD_NAME(pd_sequential_next)
+#define pd_sequential_free PD_NAME(pd_sequential_free)
+
+/* The material is borrowed, its table copied. PD_ERR_ARGUMENT: forces that are not linear, both `moved` and `load` or
+ * none of them, no criterion, and as of pd_criterion_build. */
+PD_API pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
+                                     pd_sequential *sequential);
+/* The next event; its bonds are broken in the body then. `done`: there was none. Errors: those of the equilibrium. */
+PD_API pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *sequential);
+PD_API void pd_sequential_free(pd_ctx *ctx, pd_sequential *sequential);
 
 #endif
 
@@ -27993,6 +28054,147 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
 #endif
+
+/* ======== >>solid/sequential.c ======== */
+/* sequential: see sequential.h */
+#include <math.h>
+#include <string.h>
+
+/* A body that stores less than this share of what it did at first has come apart: rounding of the balance. */
+#define PDI_SEQUENTIAL_NOTHING 1e-12
+/* Bonds break that are stretched beyond their critical value by this share: rounding of the factor. */
+#define PDI_SEQUENTIAL_BEYOND 1e-12
+
+static void pdi_sequential_list(pdi_owner *owner, void *object)
+{
+    pd_sequential *sequential = (pd_sequential *)object;
+    PDI_ARRAY(owner, sequential, u, sequential->n, "m");
+    PDI_ARRAY(owner, sequential, at, sequential->n, "m");
+}
+
+static pd_status pdi_sequential_make(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
+                                     pd_sequential *s)
+{
+    memset(s, 0, sizeof *s);
+    if (!solid->linear || !desc->moved == !desc->load || (desc->moved && !desc->held))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "the %s material, %s: expected linear forces, and either "
+                        "loads or points that are held and moved", solid->name,
+                        !desc->moved == !desc->load ? desc->load ? "moved points and loads" : "no load"
+                                                    : "points that nothing holds");
+    s->desc = *desc;
+    s->solid = *solid;
+    s->n = (int64_t)solid->body->count * PD_DIM;
+    PDI_TRY(pd_criterion_build(ctx, solid, &desc->criterion, &s->criterion));
+    if (!(s->criterion.critical > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
+                        " a crack");
+    PDI_TRY(pdi_owner_build(ctx, pdi_sequential_list, s));
+    for (int64_t k = 0; k < s->n && desc->moved; k++) s->u[k] = desc->held[k] ? desc->moved[k] : 0.0;
+    return PD_OK;
+}
+
+pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc, pd_sequential *s)
+{
+    pd_status status = pdi_sequential_make(ctx, solid, desc, s);
+    if (status < 0) pd_sequential_free(ctx, s);
+    return status;
+}
+
+void pd_sequential_free(pd_ctx *ctx, pd_sequential *s)
+{
+    pd_criterion_free(ctx, &s->criterion);
+    pdi_owner_free(ctx, pdi_sequential_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* The balance at the factor 1 of the bonds that are left; `done` where loads have torn a piece off. */
+static pd_status pdi_sequential_balance(pd_ctx *ctx, pd_sequential *s)
+{
+    pd_equilibrium_desc desc;
+    pd_equilibrium_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.held = s->desc.held;
+    desc.rtol = s->desc.rtol;
+    if (s->broken && s->solid.update) PDI_TRY(s->solid.update(ctx, s->solid.self));
+    pd_status status = pd_equilibrium_solve(ctx, &s->solid, &desc, s->desc.load, s->u, &result);
+    s->iterations = result.iterations;
+    if (s->broken && s->desc.load && (status == PD_ERR_STATE || status == PD_ERR_DIVERGED)) {
+        s->done = 1;
+        return PD_OK;
+    }
+    return status;
+}
+
+/* What is stored at the present displacement by bonds that store `energy` at the factor 1. */
+static double pdi_sequential_stored(const pd_sequential *s, double energy)
+{
+    double q = s->displacement;
+    if (!s->desc.load) return energy * q * q;
+    return energy > 0.0 ? q * q / (4.0 * energy) : 0.0;
+}
+
+/* Bonds have broken at the present displacement. */
+static void pdi_sequential_lose(pd_sequential *s, double energy)
+{
+    double stored = pdi_sequential_stored(s, energy);
+    s->dissipated += s->stored - stored;
+    s->stored = stored;
+}
+
+/* On to a factor with the bonds that are left: force times displacement is twice what is stored. */
+static void pdi_sequential_move(pd_sequential *s, double factor, double energy)
+{
+    double stored = energy * factor * factor;
+    s->work += stored - s->stored;
+    s->force = s->desc.load ? factor : 2.0 * energy * factor;
+    s->displacement = s->desc.load ? 2.0 * energy * factor : factor;
+    s->factor = factor;
+    s->stored = stored;
+}
+
+static void pdi_sequential_end(pd_sequential *s, double energy)
+{
+    pdi_sequential_lose(s, energy);
+    s->done = 1;
+}
+
+/* The bonds that break at `share` of the factor of the next event. */
+static int64_t pdi_sequential_break(const pd_ctx *ctx, pd_sequential *s, double share)
+{
+    for (int64_t k = 0; k < s->n; k++) s->at[k] = share * s->first.factor * s->u[k];
+    return pd_criterion_break(ctx, &s->criterion, s->at, 0.0);
+}
+
+pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *s)
+{
+    for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
+        PDI_TRY(pdi_sequential_balance(ctx, s));
+        double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
+        if (!s->events) s->whole = energy;
+        int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIAL_NOTHING * s->whole));
+        if (!apart) pd_criterion_first(ctx, &s->criterion, s->u, &s->first);
+        if (apart || s->first.bond < 0 || !(s->first.factor > 0.0)) {
+            pdi_sequential_end(s, apart ? 0.0 : energy);
+            return PD_OK;
+        }
+        /* points whose families cannot feel what tears them come off before */
+        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+        if (parted) continue;
+        pdi_sequential_lose(s, energy);
+        pdi_sequential_move(s, s->first.factor, energy);
+    }
+    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+    if (!broken)
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
+                        s->factor);
+    for (int64_t k = 0; k < s->n; k++) s->at[k] = s->factor * s->u[k];
+    s->broken += broken;
+    s->events++;
+    return PD_OK;
+}
+
+#undef PDI_SEQUENTIAL_NOTHING
+#undef PDI_SEQUENTIAL_BEYOND
 
 /* ======== >>solid/quasi_static.c ======== */
 /* quasi_static: see quasi_static.h */

@@ -15,6 +15,7 @@
 #include "run/coarser.h"
 #include "solid/finite.h"
 #include "solid/microelastic.h"
+#include "solid/sequential.h"
 #include "solid/ordinary.h"
 #include "solid/scaffold.h"
 #include "solid/verlet.h"
@@ -452,6 +453,18 @@ static pd_status no_load(pd_ctx *ctx, void *user, double t, double *u, double *l
     return PD_OK;
 }
 
+BUILD(sequential, pd_sequential)
+{
+    static const double load[1] = {0.0}; /* which a build does not read */
+    pd_sequential_desc d;
+    pd_solid solid = pd_microelastic_solid(&l->springs);
+    memset(&d, 0, sizeof d);
+    solid.linear = 1; /* of small displacements */
+    d.load = load;
+    d.criterion.critical = l->wrong ? -1.0 : 1e-3;
+    return pd_sequential_build(ctx, &solid, &d, o);
+}
+
 BUILD(quasi_static, pd_quasi_static)
 {
     pd_quasi_static_desc d;
@@ -543,7 +556,7 @@ static const entry builds[] = {
     ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(finite, pd_finite, 1, 1)
     ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
     ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
-    ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
+    ROW(sequential, pd_sequential, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
     ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)

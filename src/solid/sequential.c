@@ -1,0 +1,140 @@
+/* sequential: see sequential.h */
+#include "solid/sequential.h"
+#include <math.h>
+#include <string.h>
+
+/* A body that stores less than this share of what it did at first has come apart: rounding of the balance. */
+#define PDI_SEQUENTIAL_NOTHING 1e-12
+/* Bonds break that are stretched beyond their critical value by this share: rounding of the factor. */
+#define PDI_SEQUENTIAL_BEYOND 1e-12
+
+static void pdi_sequential_list(pdi_owner *owner, void *object)
+{
+    pd_sequential *sequential = (pd_sequential *)object;
+    PDI_ARRAY(owner, sequential, u, sequential->n, "m");
+    PDI_ARRAY(owner, sequential, at, sequential->n, "m");
+}
+
+static pd_status pdi_sequential_make(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
+                                     pd_sequential *s)
+{
+    memset(s, 0, sizeof *s);
+    if (!solid->linear || !desc->moved == !desc->load || (desc->moved && !desc->held))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "the %s material, %s: expected linear forces, and either "
+                        "loads or points that are held and moved", solid->name,
+                        !desc->moved == !desc->load ? desc->load ? "moved points and loads" : "no load"
+                                                    : "points that nothing holds");
+    s->desc = *desc;
+    s->solid = *solid;
+    s->n = (int64_t)solid->body->count * PD_DIM;
+    PDI_TRY(pd_criterion_build(ctx, solid, &desc->criterion, &s->criterion));
+    if (!(s->criterion.critical > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
+                        " a crack");
+    PDI_TRY(pdi_owner_build(ctx, pdi_sequential_list, s));
+    for (int64_t k = 0; k < s->n && desc->moved; k++) s->u[k] = desc->held[k] ? desc->moved[k] : 0.0;
+    return PD_OK;
+}
+
+pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc, pd_sequential *s)
+{
+    pd_status status = pdi_sequential_make(ctx, solid, desc, s);
+    if (status < 0) pd_sequential_free(ctx, s);
+    return status;
+}
+
+void pd_sequential_free(pd_ctx *ctx, pd_sequential *s)
+{
+    pd_criterion_free(ctx, &s->criterion);
+    pdi_owner_free(ctx, pdi_sequential_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* The balance at the factor 1 of the bonds that are left; `done` where loads have torn a piece off. */
+static pd_status pdi_sequential_balance(pd_ctx *ctx, pd_sequential *s)
+{
+    pd_equilibrium_desc desc;
+    pd_equilibrium_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.held = s->desc.held;
+    desc.rtol = s->desc.rtol;
+    if (s->broken && s->solid.update) PDI_TRY(s->solid.update(ctx, s->solid.self));
+    pd_status status = pd_equilibrium_solve(ctx, &s->solid, &desc, s->desc.load, s->u, &result);
+    s->iterations = result.iterations;
+    if (s->broken && s->desc.load && (status == PD_ERR_STATE || status == PD_ERR_DIVERGED)) {
+        s->done = 1;
+        return PD_OK;
+    }
+    return status;
+}
+
+/* What is stored at the present displacement by bonds that store `energy` at the factor 1. */
+static double pdi_sequential_stored(const pd_sequential *s, double energy)
+{
+    double q = s->displacement;
+    if (!s->desc.load) return energy * q * q;
+    return energy > 0.0 ? q * q / (4.0 * energy) : 0.0;
+}
+
+/* Bonds have broken at the present displacement. */
+static void pdi_sequential_lose(pd_sequential *s, double energy)
+{
+    double stored = pdi_sequential_stored(s, energy);
+    s->dissipated += s->stored - stored;
+    s->stored = stored;
+}
+
+/* On to a factor with the bonds that are left: force times displacement is twice what is stored. */
+static void pdi_sequential_move(pd_sequential *s, double factor, double energy)
+{
+    double stored = energy * factor * factor;
+    s->work += stored - s->stored;
+    s->force = s->desc.load ? factor : 2.0 * energy * factor;
+    s->displacement = s->desc.load ? 2.0 * energy * factor : factor;
+    s->factor = factor;
+    s->stored = stored;
+}
+
+static void pdi_sequential_end(pd_sequential *s, double energy)
+{
+    pdi_sequential_lose(s, energy);
+    s->done = 1;
+}
+
+/* The bonds that break at `share` of the factor of the next event. */
+static int64_t pdi_sequential_break(const pd_ctx *ctx, pd_sequential *s, double share)
+{
+    for (int64_t k = 0; k < s->n; k++) s->at[k] = share * s->first.factor * s->u[k];
+    return pd_criterion_break(ctx, &s->criterion, s->at, 0.0);
+}
+
+pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *s)
+{
+    for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
+        PDI_TRY(pdi_sequential_balance(ctx, s));
+        double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
+        if (!s->events) s->whole = energy;
+        int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIAL_NOTHING * s->whole));
+        if (!apart) pd_criterion_first(ctx, &s->criterion, s->u, &s->first);
+        if (apart || s->first.bond < 0 || !(s->first.factor > 0.0)) {
+            pdi_sequential_end(s, apart ? 0.0 : energy);
+            return PD_OK;
+        }
+        /* points whose families cannot feel what tears them come off before */
+        parted = pdi_sequential_break(ctx, s, 1.0 - PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+        if (parted) continue;
+        pdi_sequential_lose(s, energy);
+        pdi_sequential_move(s, s->first.factor, energy);
+    }
+    int64_t broken = pdi_sequential_break(ctx, s, 1.0 + PDI_SEQUENTIAL_BEYOND / fmin(s->criterion.critical, 1.0));
+    if (!broken)
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
+                        s->factor);
+    for (int64_t k = 0; k < s->n; k++) s->at[k] = s->factor * s->u[k];
+    s->broken += broken;
+    s->events++;
+    return PD_OK;
+}
+
+#undef PDI_SEQUENTIAL_NOTHING
+#undef PDI_SEQUENTIAL_BEYOND
