@@ -81,8 +81,8 @@ static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
  * as the flattest bond of the family leaves a plane of the lattice (eq. 5.7b). */
 static double pdi_diffusion_along(const pd_diffusion *d, const double *normal, const double *e)
 {
-    double across = pdi_vec_dot(normal, e);
-    return fmax(1.0 - across * across * d->flattest, 0.0);
+    double across = pdi_vec_dot(normal, e), steep = across * across * d->flattest;
+    return fmax(1.0 - steep * steep, 0.0);
 }
 
 /* The moments that the cut bonds of a row leave out, sum of a xi xi^T in cells, packed. */
