@@ -18,7 +18,7 @@ static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_
 }
 
 /* Change of the field at which limited fluxes count as settled, over the error of a step in time. */
-#define PDI_MODEL_LIMITED 0.025
+#define PDI_MODEL_LIMITED 0.0025
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
 {
