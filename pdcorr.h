@@ -116,6 +116,7 @@
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
  *     ordinary   linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
+ *     toughness  the critical energy of bonds with which a crack runs at a given energy per area.
  *     tensor     vectors and tensors of mechanics in loops over bonds.
  *     finite_law energy and stress of one place of a solid at large strains.
  *     finite     large strains of a body by correspondence.
@@ -3850,6 +3851,8 @@ typedef struct pd_solid {
     double (*normal)(const void *self, int32_t i, const double *stress);
     /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
     double (*dissipated)(const void *self);
+    /* strain [count] [-]: equivalent plastic strain of each point, of the last state. NULL: nothing flows. */
+    void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
     /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
@@ -4896,6 +4899,30 @@ PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *ordinary);
+#endif
+
+#endif
+
+/* ======== >>solid/toughness.h ======== */
+/* toughness: the critical energy of bonds with which a crack runs at a given energy per area.
+ *
+ * What sums over a lattice give (criterion, eq. 8.29) is what bonds hold that a crack cuts. Families that take their
+ * strain from many bonds hand on what a bond carried, so a crack of such a material needs more. How much follows from
+ * a crack in a strip of the same lattice, whose edges are moved apart: J is the same wherever its tip is (Rice 1968).
+ * Bond after bond breaks until the tip has gone on by some cells, and the largest J on the way is what the crack needs.
+ * Forces are linear, so that J over the critical energy does not depend on either (theory: 8.9).
+ */
+#ifndef PD_TOUGHNESS_H
+#define PD_TOUGHNESS_H
+
+#ifdef PDI_INTERNAL
+#if PD_DIM == 2
+/* critical [J/m^(2d)]: energy of bonds (PD_CRITERION_ENERGY) of a body on a lattice, whose cracks along the axes run at
+ * `fracture` [J/m2]; parts of E are left out. Errors: PD_ERR_GEOMETRY: no lattice; those of the material and of the
+ * equilibrium. */
+PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, double fracture,
+                                    double *critical);
+#endif
 #endif
 
 #endif
@@ -5954,14 +5981,17 @@ PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid
  * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
  * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
  * the next step knows its stress: the coupling is of first order in time. With a density it moves instead, by velocity
- * Verlet from rest, and none of it dissolves. Its bonds may be springs.
+ * Verlet from rest, and none of it dissolves. Its material is one of those of the room `solid`.
  */
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
 
 typedef enum pd_structure_material {
     PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, which may flow (elastic.h) */
-    PD_STRUCTURE_SPRINGS = 1         /* bonds that are springs and break (microelastic.h); there is no stress */
+    PD_STRUCTURE_SPRINGS = 1,        /* bonds that are springs and break (microelastic.h); there is no stress */
+    PD_STRUCTURE_ORDINARY = 2,       /* the linear peridynamic solid, of small strains (ordinary.h) */
+    PD_STRUCTURE_NEO_HOOKEAN = 3,    /* large strains (finite.h) */
+    PD_STRUCTURE_HENCKY = 4          /* large strains, which may flow (finite.h) */
 } pd_structure_material;
 
 /* What the speed may depend on. */
@@ -5987,7 +6017,7 @@ typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
     pd_structure_material material;
     pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
-    double stretch;          /* [-] at which bonds of small strains break, in balance; 0: none does */
+    pd_criterion_desc breaks; /* by which bonds break, in balance; zero: none does. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] the body moves; 0: it is in balance */
     int timed;               /* 1: loads of a body that moves depend on time */
@@ -6012,6 +6042,8 @@ typedef struct pd_structure {
     pd_body body;
     pd_elastic elastic;
     pd_microelastic springs;
+    pd_ordinary ordinary;
+    pd_finite finite;
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */
@@ -6020,6 +6052,9 @@ typedef struct pd_structure {
     double *stiff;           /* [count] [-] */
     double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
     double *pressure, *mises; /* [count] [Pa] of that */
+    double *slip;            /* [count] [-] equivalent plastic strain, of metal that flows */
+    double *across;          /* [count] [Pa] stress normal to the plane of 2D */
+    double *density;         /* [count] [J/m3] energy that is stored */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
     int64_t seen;            /* solves that stress is known for */
 } pd_structure;
@@ -6028,9 +6063,9 @@ typedef struct pd_structure {
 #define pd_structure_process PD_NAME(pd_structure_process)
 #define pd_structure_free PD_NAME(pd_structure_free)
 
-/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; small strains that flow or
- * break in motion. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a cut that crosses no
- * bond. */
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
+ * flows or breaks in motion; metal that is to flow and is neither of small strains nor Hencky's. PD_ERR_GEOMETRY: no
+ * metal; a node whose bonds do not span all directions; a cut that crosses no bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
 /* Its balance or motion as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
@@ -6040,9 +6075,13 @@ PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
+/* The material that `desc` asks for, of the body, without its arrays; and its table. */
+PDI_FN void pdi_structure_attach(pd_structure *structure);
+PDI_FN pd_solid pdi_structure_table(pd_structure *structure);
 /* Share of the bonds of a point that are broken [-]. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
 static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
+static inline int pdi_structure_flows(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
 /* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */
 static inline const double *pdi_structure_u(const pd_structure *s)
 {
@@ -7282,6 +7321,13 @@ typedef enum pd_field {
     PD_FIELD_PRESSURE,
     PD_FIELD_SLIP,
     PD_FIELD_BROKEN,
+    PD_FIELD_STORED,
+    PD_FIELD_XX, /* stresses */
+    PD_FIELD_YY,
+    PD_FIELD_ZZ,
+    PD_FIELD_XY,
+    PD_FIELD_YZ,
+    PD_FIELD_ZX,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -7446,9 +7492,10 @@ typedef struct pd_setup_body {
     pd_influence influence;
     double m;                /* [-] horizon ratio of its bonds */
     double yield, hardening; /* [Pa] 0: it does not flow */
+    pd_structure_material material;
     double stretch;          /* [-] at which bonds break, 0: none does */
-    int springs;             /* 1: its bonds are springs */
-    double toughness;        /* [J/m2] of springs; 0: none breaks */
+    double strength;         /* [Pa] largest principal stress at which they do, 0: none does */
+    double toughness;        /* [J/m2] that a crack takes; 0: none breaks */
     double density;          /* [kg/m3] it moves; 0: it is in balance */
     int timed;               /* 1: loads depend on time */
     double rtol;             /* [-] */
@@ -27095,6 +27142,21 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
     return sum;
 }
 
+/* Energy density of point i of a band, of which it is the n-th one [J/m3]. */
+static double pdi_elastic_point_energy(const pd_elastic *e, const double *u, const pdi_band_sums *sums, int32_t i,
+                                       int32_t n)
+{
+    double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+    if (!(e->total[i] > 0.0)) return 0.0;
+    pdi_elastic_gradient(e, sums, i, n, h, average);
+    density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
+    if (e->plastic.count) {
+        pdi_plastic_meet(&e->plastic, i, average);
+        density -= pdi_plastic_relief(&e->plastic, i, average);
+    }
+    return pdi_elastic_stiff(e, i) * density;
+}
+
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
@@ -27103,16 +27165,8 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
     for (int32_t k = 0; k < e->band.bands; k++) {
         int32_t count = pdi_band_collect(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
-            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
             int32_t i = e->band.first[k] + n;
-            if (!(e->total[i] > 0.0)) continue;
-            pdi_elastic_gradient(e, &sums, i, n, h, average);
-            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
-            if (e->plastic.count) {
-                pdi_plastic_meet(&e->plastic, i, average);
-                density -= pdi_plastic_relief(&e->plastic, i, average);
-            }
-            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
+            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_point_energy(e, u, &sums, i, n));
         }
     }
     return pdi_sum_total(&all);
@@ -27235,6 +27289,28 @@ static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const d
     }
 }
 
+static void pdi_elastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++)
+            density[e->band.first[k] + n] = pdi_elastic_point_energy(e, u, &sums, e->band.first[k] + n, n);
+    }
+}
+
+static void pdi_elastic_solid_slip(const pd_ctx *ctx, const void *self, double *strain)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    (void)ctx;
+    memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
+}
+
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -27332,7 +27408,9 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
+    solid.density = pdi_elastic_solid_density;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
+    if (e->plastic.count) solid.slip = pdi_elastic_solid_slip;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;
     solid.limit = pdi_elastic_solid_limit;
@@ -28774,9 +28852,9 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
                         "an outer radius beyond the inner one", desc->inner, desc->outer,
                         PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
-    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !(c->solid->linear || c->solid->density))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "neither the bonds of the %s material nor its stress and energy "
-                        "density are known", c->solid->name);
+    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !c->solid->linear)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
+                        " in small strains", c->solid->name);
     return PD_OK;
 }
 
@@ -28871,7 +28949,7 @@ static double pdi_crack_local(const pdi_crack *c, int64_t i)
     double along[PD_DIM], sum = 0.0, density = c->density[i];
     pdi_crack_along(c, i, along);
     for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
-    for (int p = 0; p < PDI_CRACK_TENSOR && !c->solid->density; p++)
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++)
         density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
     return sum - density * pdi_vec_dot(slope, c->desc.way);
 }
@@ -28902,8 +28980,8 @@ static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, doubl
     PDI_TRY(pdi_crack_gradients(ctx, c, u));
     pd_status status = solid->force(ctx, solid->self, u, c->force);
     if (status != PD_OK) return status;
-    if (solid->density) solid->density(ctx, solid->self, u, c->density);
-    if (!solid->pull) solid->stress(ctx, solid->self, u, c->stress);
+    if (solid->pull) solid->density(ctx, solid->self, u, c->density);
+    else solid->stress(ctx, solid->self, u, c->stress);
     for (int32_t i = 0; i < c->count; i++) {
         double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
         pdi_crack_along(c, i, along);
@@ -30323,6 +30401,29 @@ static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u
     return pdi_sum_total(&all);
 }
 
+static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        density[i] = pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    }
+}
+
+static void pdi_ordinary_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double part = o->desc.stiff ? o->desc.stiff[i] : 1.0;
+        lambda[i] = part * o->lambda;
+        mu[i] = part * o->mu;
+    }
+}
+
 static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -30586,7 +30687,9 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
     s.force = pdi_ordinary_force;
     s.tangent = pdi_ordinary_tangent;
     s.blocks = pdi_ordinary_blocks;
+    s.moduli = pdi_ordinary_moduli;
     s.energy = pdi_ordinary_energy;
+    s.density = pdi_ordinary_density;
     s.bond_energy = pdi_ordinary_bond_energy;
     s.stress = pdi_ordinary_stress;
     s.normal = pdi_ordinary_normal;
@@ -30604,6 +30707,188 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 
 #undef PDI_ORDINARY_FLAT
 #undef PDI_ORDINARY_SQUARINGS
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>solid/toughness.c ======== */
+/* toughness: see toughness.h */
+#include <math.h>
+#include <string.h>
+
+/* The strip, in horizons: its height without what is held, the crack in it, and what lies ahead. The result tends to
+ * its limit with one over the height, and is 3 % below it here (theory: 8.9). */
+#define PDI_TOUGHNESS_HEIGHT 12
+#define PDI_TOUGHNESS_CRACK 16
+#define PDI_TOUGHNESS_AHEAD 18
+/* By so many cells the tip goes on: a period, once the notch that was cut is behind. */
+#define PDI_TOUGHNESS_CELLS 3
+/* Balances are for the bond that breaks first alone. */
+#define PDI_TOUGHNESS_RTOL 1e-6
+
+#if PD_DIM == 2
+typedef struct pdi_toughness {
+    int height, held, crack, length; /* cells */
+    int32_t count;
+    pd_body body;        /* with a spacing of 1 */
+    pd_elastic elastic;
+    pd_solid solid;
+    pd_sequential load;
+    double *place;       /* [count][2] */
+    double *volume;      /* [count] */
+    double *moved;       /* [count][2] for the strain 1: of what is held, and at last of all */
+    uint8_t *grip;       /* [count][2] */
+    uint8_t *spared;     /* [count] */
+} pdi_toughness;
+
+static void pdi_toughness_list(pdi_owner *owner, void *object)
+{
+    pdi_toughness *toughness = (pdi_toughness *)object;
+    PDI_ARRAY(owner, toughness, place, 2 * (int64_t)toughness->count, "1");
+    PDI_ARRAY(owner, toughness, volume, toughness->count, "1");
+    PDI_ARRAY(owner, toughness, moved, 2 * (int64_t)toughness->count, "1");
+    PDI_ARRAY(owner, toughness, grip, 2 * (int64_t)toughness->count, "1");
+    PDI_ARRAY(owner, toughness, spared, toughness->count, "1");
+}
+
+/* Points of the strip; rows at its edges are held where the strain 1 puts them. */
+static void pdi_toughness_points(pdi_toughness *t)
+{
+    for (int32_t i = 0; i < t->count; i++) {
+        double *x = t->place + 2 * i;
+        x[0] = i % t->length + 0.5;
+        x[1] = i / t->length + 0.5 - t->held - 0.5 * t->height;
+        t->volume[i] = 1.0;
+        if (fabs(x[1]) < 0.5 * t->height) continue;
+        t->grip[2 * i] = t->grip[2 * i + 1] = t->spared[i] = 1;
+        t->moved[2 * i + 1] = x[1];
+    }
+}
+
+static pd_status pdi_toughness_strip(pd_ctx *ctx, const pd_body *body, pdi_toughness *t)
+{
+    double corner[4] = {-1.0, 0.0, 0.0, 0.0};
+    int64_t broken;
+    pd_body_desc desc;
+    pd_cut cut;
+    pdi_toughness_points(t);
+    memset(&desc, 0, sizeof desc);
+    desc.count = t->count;
+    desc.position = t->place;
+    desc.volume = t->volume;
+    desc.horizon = body->horizon / body->spacing;
+    desc.spacing = 1.0;
+    desc.rim = body->rim;
+    PDI_TRY(pd_body_build(ctx, &desc, &t->body));
+    corner[2] = t->crack;
+    cut.corners = 2;
+    cut.corner = corner;
+    return pd_body_cut(ctx, &t->body, &cut, 1, &broken);
+}
+
+static pd_status pdi_toughness_material(pd_ctx *ctx, const pd_elastic_desc *elastic, pdi_toughness *t)
+{
+    pd_elastic_desc desc = *elastic;
+    desc.stiff = NULL;
+    desc.loose = 1;
+    desc.young = 1.0;
+    PDI_TRY(pd_elastic_build(ctx, &t->body, &desc, &t->elastic));
+    t->solid = pd_elastic_solid(&t->elastic);
+    return PD_OK;
+}
+
+/* J of the strain 1, with the bonds that are left. */
+static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *tip, double *j)
+{
+    pd_equilibrium_desc rest;
+    pd_equilibrium_result result;
+    pd_crack_desc crack;
+    memset(&rest, 0, sizeof rest);
+    memset(&crack, 0, sizeof crack);
+    rest.held = t->grip;
+    rest.rtol = PDI_TOUGHNESS_RTOL;
+    memcpy(crack.tip, tip, sizeof crack.tip);
+    crack.way[0] = 1.0;
+    crack.inner = 0.25 * t->height;
+    crack.outer = 0.5 * t->height - 1.0;
+    PDI_TRY(pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->moved, &result));
+    return pd_crack_j(ctx, &t->solid, &crack, t->moved, j);
+}
+
+/* Largest J of the events until the tip has gone on, over the critical energy. It grows with the square of the strain,
+ * and does not depend on where the tip is. */
+static pd_status pdi_toughness_run(pd_ctx *ctx, pdi_toughness *t, double *most)
+{
+    static const double way[2] = {1.0, 0.0};
+    double tip[2] = {(double)t->crack, 0.0}, last = t->crack + PDI_TOUGHNESS_CELLS, factor = 0.0, j;
+    pd_sequential_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.held = t->grip;
+    desc.moved = t->moved;
+    desc.criterion.kind = PD_CRITERION_ENERGY;
+    desc.criterion.critical = 1.0;
+    desc.criterion.spared = t->spared;
+    desc.rtol = PDI_TOUGHNESS_RTOL;
+    PDI_TRY(pd_sequential_build(ctx, &t->solid, &desc, &t->load));
+    while (tip[0] < last) {
+        PDI_TRY(pd_sequential_next(ctx, &t->load));
+        if (t->load.done)
+            return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
+        factor = fmax(factor, t->load.factor);
+        PDI_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
+    }
+    PDI_TRY(pdi_toughness_j(ctx, t, tip, &j));
+    *most = factor * factor * j;
+    return PD_OK;
+}
+
+static pd_status pdi_toughness_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, pdi_toughness *t,
+                                    double *most)
+{
+    int reach = (int)ceil(body->horizon / body->spacing);
+    t->height = PDI_TOUGHNESS_HEIGHT * reach;
+    t->crack = PDI_TOUGHNESS_CRACK * reach;
+    t->length = t->crack + PDI_TOUGHNESS_AHEAD * reach;
+    t->held = 2 * reach;
+    t->count = (t->height + 2 * t->held) * t->length;
+    PDI_TRY(pdi_owner_build(ctx, pdi_toughness_list, t));
+    PDI_TRY(pdi_toughness_strip(ctx, body, t));
+    PDI_TRY(pdi_toughness_material(ctx, elastic, t));
+    return pdi_toughness_run(ctx, t, most);
+}
+
+PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, double fracture,
+                                    double *critical)
+{
+    double most = 0.0, h = body->spacing;
+    pdi_toughness t;
+    memset(&t, 0, sizeof t);
+    if (!(h > 0.0))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "toughness", "the points are those of no lattice: expected a spacing");
+    pd_status status = pdi_toughness_make(ctx, body, elastic, &t, &most);
+    pd_sequential_free(ctx, &t.load);
+    pd_elastic_free(ctx, &t.elastic);
+    pd_body_free(ctx, &t.body);
+    pdi_owner_free(ctx, pdi_toughness_list, &t);
+    /* J = most critical of the spacing 1; volumes of bonds grow by h^2, areas by h */
+    if (status >= 0) *critical = fracture / (most * h * h * h);
+    return status;
+}
+#endif
+
+#undef PDI_TOUGHNESS_HEIGHT
+#undef PDI_TOUGHNESS_CRACK
+#undef PDI_TOUGHNESS_AHEAD
+#undef PDI_TOUGHNESS_CELLS
+#undef PDI_TOUGHNESS_RTOL
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -31204,9 +31489,9 @@ static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
     const pd_body *body = f->body;
     f->known = 0;
     for (int32_t i = 0; i < body->count; i++)
-        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
+        if (!(pdi_finite_stiff(f, i) >= (f->desc.loose ? 0.0 : 1e-100)) || !(pdi_finite_stiff(f, i) < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
-                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+                            "finite positive one%s", (int)i, pdi_finite_stiff(f, i), f->desc.loose ? ", or 0" : "");
     int32_t flat = pdi_finite_families(ctx, f);
     while (flat >= 0 && f->desc.loose) {
         for (int32_t i = flat; i < body->count; i++)
@@ -31585,6 +31870,26 @@ static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
     return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
 }
 
+static void pdi_finite_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) density[i] = pdi_finite_point_energy(f, &m, u, i);
+}
+
+static void pdi_finite_moduli_of(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    (void)ctx;
+    for (int32_t i = 0; i < f->body->count; i++) {
+        lambda[i] = pdi_finite_stiff(f, i) * f->lambda;
+        mu[i] = pdi_finite_stiff(f, i) * f->mu;
+    }
+}
+
 void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
 {
     (void)ctx;
@@ -31596,6 +31901,11 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
             if (pdi_finite_open(f, i, b, &bond))
                 strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
     }
+}
+
+static void pdi_finite_slip(const pd_ctx *ctx, const void *self, double *strain)
+{
+    pd_finite_plastic(ctx, (const pd_finite *)self, strain);
 }
 
 /* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
@@ -31658,12 +31968,15 @@ pd_solid pd_finite_solid(pd_finite *f)
     s.force = pdi_finite_force;
     s.tangent = pdi_finite_tangent;
     s.blocks = pdi_finite_blocks;
+    s.moduli = pdi_finite_moduli_of;
     s.energy = pdi_finite_energy;
+    s.density = pdi_finite_density;
     s.stress = pdi_finite_stress;
     s.update = pdi_finite_update;
     if (PD_DIM == 2) s.normal = pdi_finite_normal;
     if (f->desc.law.kind == PD_FINITE_J2) {
         s.dissipated = pdi_finite_dissipated;
+        s.slip = pdi_finite_slip;
         s.commit = pdi_finite_commit;
     }
     s.limit = pdi_finite_limit;
@@ -34932,6 +35245,9 @@ PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, structure, stress, (int64_t)structure->count * PDI_STRUCTURE_TENSOR, "Pa");
     PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
     PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, slip, pdi_structure_flows(structure) ? structure->count : 0, "1");
+    PDI_ARRAY(owner, structure, across, PD_DIM == 2 ? structure->count : 0, "Pa");
+    PDI_ARRAY(owner, structure, density, structure->count, "J/m3");
     PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
     if (!pdi_structure_moves(structure)) return;
     PDI_STATE(owner, structure, load, (int64_t)structure->count * PD_DIM, "N/m3");
@@ -35016,29 +35332,110 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int32_t i = 0; i < s->count && s->desc.material == PD_STRUCTURE_CORRESPONDENCE; i++)
-        if (s->elastic.total[i] > 0.0) return 1;
-    return s->desc.material == PD_STRUCTURE_SPRINGS && s->body.bonds > 0;
+    for (int64_t b = 0; b < s->body.bonds; b++)
+        if (!s->body.broken[b]) return 1;
+    return 0;
+}
+
+static pd_microelastic_desc pdi_structure_springs(const pd_structure *s)
+{
+    pd_microelastic_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.fracture = s->desc.fracture;
+    return desc;
+}
+
+static pd_ordinary_desc pdi_structure_ordinary(const pd_structure *s)
+{
+    pd_ordinary_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.poisson = s->desc.elastic.poisson;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.linear = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+static pd_finite_desc pdi_structure_finite(const pd_structure *s)
+{
+    pd_finite_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.law.kind = s->desc.material == PD_STRUCTURE_NEO_HOOKEAN ? PD_FINITE_NEO_HOOKEAN
+                  : pdi_structure_flows(s) ? PD_FINITE_J2 : PD_FINITE_HENCKY;
+    desc.law.young = s->desc.elastic.young;
+    desc.law.poisson = s->desc.elastic.poisson;
+    desc.law.plane = s->desc.elastic.plane;
+    desc.law.yield = s->desc.elastic.yield;
+    desc.law.hardening = s->desc.elastic.hardening;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.keep = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+PDI_FN void pdi_structure_attach(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: s->springs.body = &s->body; break;
+    case PD_STRUCTURE_ORDINARY: s->ordinary.body = &s->body; break;
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY:
+        s->finite.body = &s->body;
+        s->finite.desc = pdi_structure_finite(s);
+        break;
+    case PD_STRUCTURE_CORRESPONDENCE:
+        s->elastic.body = &s->body;
+        s->elastic.plastic.count = pdi_structure_flows(s) ? s->count : 0;
+    }
+}
+
+PDI_FN pd_solid pdi_structure_table(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_solid(&s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_solid(&s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_solid(&s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    return pd_elastic_solid(&s->elastic);
 }
 
 static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
 {
-    const pd_structure_desc *desc = &s->desc;
-    pd_microelastic_desc springs;
-    memset(&springs, 0, sizeof springs);
-    if (desc->material == PD_STRUCTURE_CORRESPONDENCE) {
-        s->desc.elastic.stiff = s->stiff;
-        s->desc.elastic.loose = 1;
-        PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
-        s->solid = pd_elastic_solid(&s->elastic);
-        return PD_OK;
+    pd_microelastic_desc springs = pdi_structure_springs(s);
+    pd_ordinary_desc ordinary = pdi_structure_ordinary(s);
+    pd_finite_desc finite = pdi_structure_finite(s);
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_build(ctx, &s->body, &ordinary, &s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_build(ctx, &s->body, &finite, &s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
     }
-    springs.young = desc->elastic.young;
-    springs.plane = desc->elastic.plane;
-    springs.influence = desc->elastic.influence;
-    springs.fracture = desc->fracture;
-    PDI_TRY(pd_microelastic_build(ctx, &s->body, &springs, &s->springs));
-    s->solid = pd_microelastic_solid(&s->springs);
+    s->desc.elastic.stiff = s->stiff;
+    s->desc.elastic.loose = 1;
+    return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
+}
+
+/* In 2D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
+static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
+{
+#if PD_DIM == 2
+    if (!(criterion->fracture > 0.0)) return PD_OK;
+    PDI_TRY(pdi_toughness_find(ctx, &s->body, &s->desc.elastic, criterion->fracture, &criterion->critical));
+    criterion->fracture = 0.0;
+#endif
+    (void)ctx;
+    (void)s;
+    (void)criterion;
     return PD_OK;
 }
 
@@ -35049,7 +35446,9 @@ static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
     rest.held = s->held;
     rest.load = s->desc.load;
     rest.user = s->desc.user;
-    rest.criterion.critical = s->desc.material == PD_STRUCTURE_SPRINGS ? s->springs.critical : s->desc.stretch;
+    rest.criterion = s->desc.breaks;
+    if (s->desc.material == PD_STRUCTURE_SPRINGS) rest.criterion.critical = s->springs.critical;
+    PDI_TRY(pdi_structure_tough(ctx, s, &rest.criterion));
     rest.eager = -1.0;
     rest.rtol = s->desc.rtol;
     return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
@@ -35065,18 +35464,32 @@ static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
     return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
 }
 
+static int pdi_structure_breaks(const pd_structure_desc *desc)
+{
+    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
+}
+
 static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 {
-    int springs = desc->material == PD_STRUCTURE_SPRINGS;
-    if ((int)desc->material < 0 || (int)desc->material > PD_STRUCTURE_SPRINGS || !(desc->density >= 0.0) ||
+    int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
+    if ((int)desc->material < 0 || desc->material > PD_STRUCTURE_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
-                        "or 1 and numbers that are not negative", (int)desc->material, desc->density, desc->fracture);
-    if (springs ? desc->stretch > 0.0 || desc->elastic.yield > 0.0 || desc->pace != NULL
-                : desc->fracture > 0.0 || (desc->density > 0.0 && (desc->stretch > 0.0 || desc->elastic.yield > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", springs ? "springs with a stretch, a yield stress or a pace,"
-                        " expected an energy of cracks alone" : "small strains with an energy of cracks, or that break"
-                        " or flow in motion, expected a balance with a stretch, or springs");
+                        "to %d and numbers that are not negative", (int)desc->material, desc->density, desc->fracture,
+                        (int)PD_STRUCTURE_HENCKY);
+    if (springs && (pdi_structure_breaks(desc) || flows || desc->pace))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
+                        "expected an energy of cracks alone");
+    if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_structure_breaks(desc) || flows))))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
+                        "breaks or flows in motion, expected a balance with a criterion, or springs");
+    if (desc->breaks.fracture > 0.0 && (PD_DIM == 3 || desc->material != PD_STRUCTURE_CORRESPONDENCE))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d in %dD, expected small "
+                        "strains by correspondence in 1D or 2D, springs, or a critical value of bonds",
+                        (int)desc->material, PD_DIM);
+    if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
+                        "strains or Hencky's", (int)desc->material);
     return PD_OK;
 }
 
@@ -35093,6 +35506,7 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_structure_points(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     PDI_TRY(pdi_structure_material(ctx, s));
+    s->solid = pdi_structure_table(s);
     if (!pdi_structure_bears(s))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
@@ -35111,6 +35525,8 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 {
     pd_verlet_free(ctx, &s->motion);
     pd_quasi_static_free(ctx, &s->rest);
+    pd_finite_free(ctx, &s->finite);
+    pd_ordinary_free(ctx, &s->ordinary);
     pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
@@ -35125,13 +35541,17 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
     const pd_solid *solid = &s->solid;
     s->seen = s->rest.solves;
+    solid->density(ctx, solid->self, pdi_structure_u(s), s->density);
+    if (solid->slip) solid->slip(ctx, solid->self, s->slip);
     if (!solid->stress) return;
     solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
-        double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        double over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        double normal = solid->normal ? over * solid->normal(solid->self, i, p) : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
-        s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
+        s->mises[i] = pdi_solid_mises(p, normal, &s->pressure[i]);
+        if (PD_DIM == 2) s->across[i] = normal;
     }
 }
 
@@ -35139,10 +35559,10 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
-    if (!s->solid.stress) return PD_OK;
+    if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
-        double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        double slip = s->solid.slip ? s->slip[i] : 0.0;
         if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
         pd_grid_position(s->grid, s->node[i], x);
         return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
@@ -35161,7 +35581,7 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
         at.t = s->rest.time;
         at.pressure = s->pressure[i];
         at.mises = s->mises[i];
-        at.slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        at.slip = s->solid.slip ? s->slip[i] : 0.0;
         double pace = s->desc.pace(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
             return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
@@ -35177,9 +35597,9 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 /* Springs and what moves stay as they are. */
 static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
 {
-    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material == PD_STRUCTURE_CORRESPONDENCE)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one of small strains in "
-                    "balance", pdi_structure_moves(s) ? "in motion" : "of springs");
+    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material != PD_STRUCTURE_SPRINGS)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one in balance that is none "
+                    "of springs", pdi_structure_moves(s) ? "in motion" : "of springs");
 }
 
 /* Stiffness of the metal that is left; the balance is stale when it is another. */
@@ -43574,7 +43994,8 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage", "energy",
-                                               "u", "mises", "sigma_h", "eps_p", "broken"};
+                                               "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
+                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -43685,19 +44106,36 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
 
+static int pdi_setup_stressed(const pd_setup *setup)
+{
+    return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
+}
+
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 {
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_U:
+    case PD_FIELD_STORED:
     case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
-        return setup->has_solid && !setup->metal_body.springs ? NULL : "a [solid] section whose bonds are no springs";
+        return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_SLIP:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
+    case PD_FIELD_XX: return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_YY:
+    case PD_FIELD_ZZ:
+    case PD_FIELD_XY:
+        if (PD_DIM > 1 && pdi_setup_stressed(setup)) return NULL;
+        return "two dimensions and a [solid] section whose bonds are no springs";
+    case PD_FIELD_YZ:
+    case PD_FIELD_ZX:
+        return PD_DIM > 2 && pdi_setup_stressed(setup) ? NULL
+                                                       : "three dimensions and a [solid] section whose bonds are no "
+                                                         "springs";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
@@ -43880,7 +44318,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed, m"},
-    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, toughness, force, speed_factor, "
+    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, speed_factor, "
               "motion, density, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
@@ -44467,48 +44905,91 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
     return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
+static const char *const pdi_read_solid_materials[] = {"correspondence", "springs", "ordinary", "neo_hookean", "hencky",
+                                                       NULL};
+
+static int pdi_read_solid_springs(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
+
 /* Poisson's ratio of springs follows from their law. */
 static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;
     double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
+    int rubber = b->material == PD_STRUCTURE_NEO_HOOKEAN;
     if (PD_DIM == 1) return PD_OK;
-    if (b->springs && !pdi_text_has(s->ctx, s->text, section, "nu")) {
+    if (pdi_read_solid_springs(b) && !pdi_text_has(s->ctx, s->text, section, "nu")) {
         b->poisson = own;
         return PD_OK;
     }
-    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
-    if (!b->springs || fabs(b->poisson - own) < 1e-3) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999, 0.499,
+                              0, &b->poisson));
+    if (!pdi_read_solid_springs(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g",
                            b->poisson, own);
 }
 
-/* Flow and the stretch at which bonds break are of small strains, the energy of a crack of springs. */
-static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+/* Metal flows at small strains and as Hencky's. */
+static pd_status pdi_read_solid_flow(pdi_reader *s, int section)
 {
-    static const char *const small[] = {"yield", "hardening", "stretch", "speed_factor"};
     pd_setup_body *b = &s->setup->metal_body;
-    int moves = b->density > 0.0;
-    for (int k = 0; k < 4; k++)
-        if ((b->springs || moves) && pdi_text_has(s->ctx, s->text, section, small[k]))
-            return pdi_text_refuse(s->ctx, s->text, section, small[k], "found with %s, expected %s",
-                                   b->springs ? "material = springs" : "motion = yes",
-                                   b->springs ? "toughness, by which springs break" : "a body in balance, or springs "
-                                   "with a toughness");
-    if (b->springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
-    if (pdi_text_has(s->ctx, s->text, section, "toughness"))
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found without material = springs, expected "
-                               "stretch, by which bonds break here");
-    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
-    if (b->yield > 0.0 && b->yield < 1e3 * b->rtol * b->young)
+    if (!(b->yield > 0.0)) return PD_OK;
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE && b->material != PD_STRUCTURE_HENCKY)
+        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with material = %s, expected correspondence or"
+                               " hencky", pdi_read_solid_materials[b->material]);
+    if (b->yield < 1e3 * b->rtol * b->young)
         return pdi_text_refuse(s->ctx, s->text, section, "yield", "found %g Pa, expected 0 or at least 1000 rtol E = "
                                "%g Pa: balances are no finer", b->yield, 1e3 * b->rtol * b->young);
-    if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
-    if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+    PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
+    if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_STRUCTURE_HENCKY) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain or "
+                           "material = hencky");
+}
+
+/* What breaks metal: one of three measures. */
+static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
+{
+    static const char *const keys[] = {"stretch", "strength", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    const char *found = NULL;
+    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
+    PDI_TRY(pdi_reader_not_negative(s, section, "strength", "Pa", "0", &b->strength));
+    PDI_TRY(pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    for (int k = 0; k < 3; k++) {
+        double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
+        if (!(value > 0.0)) continue;
+        if (found)
+            return pdi_text_refuse(s->ctx, s->text, section, keys[k], "found beside %s, expected one of stretch, "
+                                   "strength and toughness", found);
+        found = keys[k];
+    }
+    if (!(b->toughness > 0.0)) return PD_OK;
+    if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected springs%s"
+                               ", or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
+                               PD_DIM == 3 ? "" : ", correspondence");
+    if (!(b->yield > 0.0)) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "
+                           "strength: energies of bonds are those of metal that does not flow");
+}
+
+/* Flow and measures at which bonds break are of metal in balance, the energy of a crack in motion of springs. */
+static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+{
+    static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves = b->density > 0.0, springs = pdi_read_solid_springs(b);
+    for (int k = 0; k < (springs ? 5 : 6); k++)
+        if ((springs || moves) && pdi_text_has(s->ctx, s->text, section, still[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, still[k], "found with %s, expected %s",
+                                   springs ? "material = springs" : "motion = yes",
+                                   springs ? "toughness, by which springs break" : "a body in balance, or springs with "
+                                   "a toughness");
+    if (springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
+    PDI_TRY(pdi_read_solid_flow(s, section));
+    return pdi_read_solid_breaks(s, section);
 }
 
 /* In motion, with a density; springs and what moves do not dissolve. */
@@ -44518,7 +44999,7 @@ static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
     pd_setup_body *b = &s->setup->metal_body;
     int moves;
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
-    if (s->setup->has_dissolve && (moves || b->springs))
+    if (s->setup->has_dissolve && (moves || pdi_read_solid_springs(b)))
         return pdi_text_refuse(s->ctx, s->text, section, moves ? "motion" : "material",
                                "found beside metal that dissolves, expected %s",
                                moves ? "motion = no" : "material = correspondence");
@@ -44531,10 +45012,11 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
 {
     static const char *const planes[] = {"strain", "stress", NULL};
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
-    static const char *const materials[] = {"correspondence", "springs", NULL};
     pd_setup_body *b = &s->setup->metal_body;
-    int plane = 0, influence;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", materials, "correspondence", &b->springs));
+    int plane = 0, influence, material;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", pdi_read_solid_materials, "correspondence",
+                            &material));
+    b->material = (pd_structure_material)material;
     PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
         return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
@@ -44543,7 +45025,7 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     PDI_TRY(pdi_read_solid_poisson(s, section));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
     b->influence = (pd_influence)influence;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", b->springs ? "3" : "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "m", "", pdi_read_solid_springs(b) ? "3" : "2", 1.0, 6.0, 0, &b->m));
     PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
     PDI_TRY(pdi_read_solid_motion(s, section));
     return pdi_read_solid_ends(s, section);
@@ -44655,13 +45137,17 @@ static pd_status pdi_read_cuts_way(pdi_reader *s, int section, pd_setup_cut *cut
 /* Radii about the tip between which the contours of J lie. */
 static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut *cut)
 {
-    double least = s->setup->metal_body.m * s->setup->h[0];
+    const pd_setup_body *b = &s->setup->metal_body;
+    double least = b->m * s->setup->h[0];
     int count;
     if (!pdi_text_has(s->ctx, s->text, section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
-    if (s->setup->metal_body.springs || s->setup->metal_body.density > 0.0)
+    if (b->material > PD_STRUCTURE_ORDINARY || b->material == PD_STRUCTURE_SPRINGS || b->density > 0.0 ||
+        b->yield > 0.0)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found with %s, expected small strains in balance:"
-                               " J is theirs", s->setup->metal_body.springs ? "material = springs" : "motion = yes");
+                               " J is theirs", b->material == PD_STRUCTURE_SPRINGS ? "material = springs"
+                               : b->density > 0.0 ? "motion = yes" : b->yield > 0.0 ? "a yield stress"
+                               : "a material of large strains");
     if (PD_DIM != 2) return pdi_text_refuse(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %d length%s, expected 3: J is taken between"
@@ -47487,7 +47973,7 @@ static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
     int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
     if (!s->solid.edge) return row ? 0.0 : 1.0 / s->grid->h[axis];
     if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
-    double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
+    double edge = s->solid.edge[(int64_t)i * PD_DIM + axis];
     return side % 2 ? -edge : edge;
 }
 
@@ -47863,7 +48349,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
 /* [byte] of what a balance of a body takes while it is found. */
 static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
 {
-    pd_solid solid = s->springs.body ? pd_microelastic_solid(&s->springs) : pd_elastic_solid(&s->elastic);
+    pd_solid solid = pdi_structure_table(s);
     pdi_equilibrium q;
     pd_krylov_desc kd;
     memset(&q, 0, sizeof q);
@@ -47876,28 +48362,33 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
 }
 
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
-static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
     double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
-    band.fields = s->springs.body ? PDI_BAND_SHARE : s->elastic.plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF;
+    band.fields = fields;
     band.stride = s->count;
-    double each = (double)sizeof *band.bond + (s->springs.body ? (double)sizeof *s->springs.springs.of : 0.0);
-    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * each;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * ((double)sizeof *band.bond + more);
 }
 
-/* [byte] of the material of a body and of what moves it on. */
-static double pdi_footprint_material(const pdi_footprint_plan *plan, int springs, pd_structure *s)
+/* [byte] of the material of a body. */
+static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structure *s)
 {
-    double bytes = pdi_footprint_bands(plan, s);
-    if (springs) bytes += pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    else
-        bytes += pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
-                 pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
-    return bytes + (pdi_structure_moves(s) ? pdi_footprint_list(plan, pdi_verlet_list, &s->motion)
-                                           : pdi_footprint_list(plan, pdi_quasi_static_list, &s->rest));
+    int flows = pdi_structure_flows(s);
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS:
+        return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
+    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
+           pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
 
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -47909,16 +48400,18 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
     s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
-    if (u->metal_body.springs) s.springs.body = &s.body;
-    else s.elastic.body = &s.body;
+    s.desc.elastic.yield = u->metal_body.yield;
+    pdi_structure_attach(&s);
     s.motion.solid.body = &s.body;
-    s.elastic.plastic.count = u->metal_body.yield > 0.0 ? s.count : 0;
     s.rest.n = (int64_t)s.count * PD_DIM;
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
-    *bytes += pdi_footprint_material(plan, u->metal_body.springs, &s);
+    *bytes += pdi_footprint_material(plan, &s);
+    *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
+                                      : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
     if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
@@ -48347,6 +48840,22 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
 
+/* By which bonds of the metal break that are no springs. */
+static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
+{
+    pd_criterion_desc breaks;
+    memset(&breaks, 0, sizeof breaks);
+    breaks.critical = b->stretch;
+    if (b->strength > 0.0) {
+        breaks.kind = PD_CRITERION_PRINCIPAL;
+        breaks.critical = b->strength;
+    } else if (b->toughness > 0.0 && b->material != PD_STRUCTURE_SPRINGS) {
+        breaks.kind = PD_CRITERION_ENERGY;
+        breaks.fracture = b->toughness;
+    }
+    return breaks;
+}
+
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
@@ -48360,9 +48869,9 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.elastic.influence = b->influence;
     desc.elastic.yield = b->yield;
     desc.elastic.hardening = b->hardening;
-    desc.stretch = b->stretch;
-    desc.material = b->springs ? PD_STRUCTURE_SPRINGS : PD_STRUCTURE_CORRESPONDENCE;
-    desc.fracture = b->toughness;
+    desc.material = b->material;
+    desc.breaks = pdi_model_breaks(b);
+    if (b->material == PD_STRUCTURE_SPRINGS) desc.fracture = b->toughness;
     desc.density = b->density;
     desc.timed = b->timed;
     desc.rtol = b->rtol;
@@ -48727,7 +49236,9 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
                                                 "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
-                                                "eps_p", "broken"};
+                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
+                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
+                                                "sigma_zx [Pa]"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -48755,6 +49266,15 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* A component of the stress of a point [Pa]. */
+static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
+{
+    static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
+    int p = row[field - PD_FIELD_XX], q = column[field - PD_FIELD_XX];
+    if (PD_DIM == 2 && p == 2) return s->across[point];
+    return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
+}
+
 /* Of metal that bears loads; 0 elsewhere. */
 static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
 {
@@ -48771,8 +49291,10 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_PRESSURE: return s->pressure[point];
-    case PD_FIELD_SLIP: return s->elastic.plastic.slip[point];
-    default: return pdi_structure_broken(s, point);
+    case PD_FIELD_SLIP: return s->slip[point];
+    case PD_FIELD_BROKEN: return pdi_structure_broken(s, point);
+    case PD_FIELD_STORED: return s->density[point];
+    default: return pdi_sample_stress(s, field, point);
     }
 }
 
@@ -48805,7 +49327,14 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
     case PD_FIELD_SLIP:
-    case PD_FIELD_BROKEN: return pdi_sample_solid(m, field, i);
+    case PD_FIELD_BROKEN:
+    case PD_FIELD_STORED:
+    case PD_FIELD_XX:
+    case PD_FIELD_YY:
+    case PD_FIELD_ZZ:
+    case PD_FIELD_XY:
+    case PD_FIELD_YZ:
+    case PD_FIELD_ZX: return pdi_sample_solid(m, field, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
@@ -49090,7 +49619,7 @@ static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
            field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
-           field == PD_FIELD_MISES || field == PD_FIELD_PRESSURE || field == PD_FIELD_SLIP || field == PD_FIELD_BROKEN;
+           field > PD_FIELD_U;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -49313,7 +49842,7 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
     picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;
@@ -49787,21 +50316,32 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* What breaks metal. */
+static void pdi_summary_breaks(const pdi_summary *s)
+{
+    const pd_setup_body *b = &s->model->setup->metal_body;
+    char strength[PD_UNITS_TEXT];
+    pdi_setup_show(b->strength, "Pa", strength);
+    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+    if (b->strength > 0.0) pdi_summary_line(s, "  %-12sbonds break at a principal stress of %s", "", strength);
+    if (b->toughness > 0.0) pdi_summary_line(s, "  %-12scracks take %g J/m2", "", b->toughness);
+}
+
 static void pdi_summary_solid(const pdi_summary *s)
 {
+    static const char *const materials[] = {"small strains", "springs", "ordinary", "neo-Hookean", "Hencky"};
     const pd_model *m = s->model;
     const pd_setup_body *b = &m->setup->metal_body;
     char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
     if (!m->setup->has_solid) return;
     pdi_setup_show(b->young, "Pa", young);
     pdi_setup_show(b->yield, "Pa", yield);
-    snprintf(text, sizeof text, "E = %s, nu = %g%s, m = %g, %.0f bonds", young, b->poisson,
+    snprintf(text, sizeof text, "%s, E = %s, nu = %g%s, m = %g, %.0f bonds", materials[b->material], young, b->poisson,
              PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
              0.5 * (double)m->structure.body.bonds);
     pdi_summary_part(s, PD_PART_SOLID, "solid", text);
     if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
-    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
-    if (b->springs) pdi_summary_line(s, "  %-12ssprings, cracks take %g J/m2 (0: none)", "", b->toughness);
+    pdi_summary_breaks(s);
     if (b->density > 0.0) pdi_summary_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
                                            m->structure.motion.longest);
 }
@@ -50029,13 +50569,13 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         u = fmax(u, sqrt(square));
         mises = fmax(mises, s->mises[i]);
         pressure = fmax(pressure, s->pressure[i]);
-        if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
+        if (s->solid.slip) slip = fmax(slip, s->slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
     if (!s->solid.stress) return;
     pdi_monitor_put(m, "mises_max", "Pa", mises);
     pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
-    if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+    if (s->solid.slip) pdi_monitor_put(m, "eps_p_max", "-", slip);
 }
 
 /* What has been put into a body in motion and what has become of it. */

@@ -1,6 +1,7 @@
 /* test_structure: metal of scenes under load, alone and as it dissolves.
  * dims: 2 3 */
 #include "run/model.h"
+#include "run/sample.h"
 #include "scene/scene.h"
 #include "test.h"
 #include <math.h>
@@ -85,6 +86,117 @@ TEST(traction)
     pdi_grip_reaction(&c->model.grips, 0, force);
     CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
     end(c);
+}
+
+#if PD_DIM == 2
+#define PULL "traction = %s, 0 Pa\n"
+#else
+#define PULL "traction = %s, 0 Pa, 0 Pa\n"
+#endif
+
+static scene_case *pull(const char *material, const char *traction)
+{
+    char text[1024];
+    snprintf(text, sizeof text, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "  %s\n[side x-] ux = 0 um\n"
+             "[side y-] uy = 0 um\n" AROUND "[side x+] " PULL, material, traction);
+    return run(0, text);
+}
+
+/* Stretches of a bar by the displacements of two nodes: along, and across along y. */
+static void stretches(const scene_case *c, double *along, double *across)
+{
+    const pd_structure *s = &c->model.structure;
+    const double *u = s->rest.u;
+    int at[3] = {4, 4, 4}, next[3] = {14, 4, 4}, over[3] = {4, 7, 4};
+    int32_t a = s->point[pd_grid_node(&c->model.grid, at)], b = s->point[pd_grid_node(&c->model.grid, next)];
+    int32_t d = s->point[pd_grid_node(&c->model.grid, over)];
+    *along = 1.0 + (u[b * PD_DIM] - u[a * PD_DIM]) / 10e-6;
+    *across = 1.0 + (u[d * PD_DIM + 1] - u[a * PD_DIM + 1]) / 3e-6;
+}
+
+/* A bar under a tenth of E, as it would be of rubber: the dead load is the first stress of Piola and Kirchhoff of the
+ * stretches that it has, and nothing pulls across. */
+TEST(large_strains)
+{
+    double mu = 200e9 / 2.6, lambda = 200e9 * 0.3 / (1.3 * 0.4), bulk = lambda + 2.0 * mu / 3.0, a, b;
+    scene_case *c = pull("material = neo_hookean", "20 GPa");
+    if (!c) return;
+    stretches(c, &a, &b);
+    double swell = log(a * b * b); /* both ways across are alike */
+    NOTE("neo-Hookean: stretches of %.6f and %.6f", a, b);
+    CHECK_REL(mu * (a - 1.0 / a) + lambda * swell / a, 20e9, 1e-6);
+    CHECK_NEAR(mu * (b - 1.0 / b) + lambda * swell / b, 0.0, 20e3);
+    CHECK_REL(c->model.structure.stress[0] * b * b, 20e9, 1e-6);
+    end(c);
+    if (PD_DIM == 3) return; /* minutes */
+    c = pull("material = hencky", "20 GPa");
+    if (!c) return;
+    stretches(c, &a, &b);
+    swell = log(a * b * b);
+    CHECK_REL((bulk * swell + 2.0 * mu * (log(a) - swell / 3.0)) / a, 20e9, 1e-6);
+    CHECK_NEAR(bulk * swell + 2.0 * mu * (log(b) - swell / 3.0), 0.0, 20e3);
+    end(c);
+    /* flow at large strains, in plane stress, too: true stress 300 MPa + 1 GPa e_p */
+    c = pull("material = hencky  yield = 300 MPa  hardening = 1 GPa", "400 MPa");
+    if (!c) return;
+    stretches(c, &a, &b);
+    double tau = 400e6 * a, slip = (tau - 300e6) / 1e9; /* of Kirchhoff, whose volume is that of the reference */
+    CHECK_REL(log(a), tau / 200e9 + slip, 1e-6);
+    CHECK_REL(c->model.structure.slip[0], slip, 1e-6);
+    double volume = LENGTH * 10e-6 * DEPTH, cost = c->model.structure.solid.dissipated(c->model.structure.solid.self);
+    CHECK_REL(cost, volume * (300e6 * slip + 0.5e9 * slip * slip), 1e-6);
+    end(c);
+}
+
+/* The linear peridynamic solid under a traction: its resultant is exact, its stress a few percent off at surfaces. */
+TEST(ordinary)
+{
+    double force[PD_DIM], a, b;
+    scene_case *c = pull("material = ordinary", "100 MPa");
+    if (!c) return;
+    stretches(c, &a, &b);
+    pdi_grip_reaction(&c->model.grips, 0, force);
+    CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
+    NOTE("strain %.4f of Hooke's", (a - 1.0) / (100e6 / 200e9));
+    CHECK_REL(a - 1.0, 100e6 / 200e9, 0.05);
+    end(c);
+}
+
+/* Energy of each place is that of all together, and stresses are those of the load. */
+TEST(fields)
+{
+    scene_case *c = pull("", "100 MPa");
+    double all = 0.0;
+    if (!c) return;
+    const pd_structure *s = &c->model.structure;
+    for (int32_t i = 0; i < s->count; i++) {
+        double wanted = 0.5 * 100e6 * 100e6 / 200e9;
+        all += s->body.volume[i] * pdi_sample_node(&c->model, PD_FIELD_STORED, s->node[i]);
+        if (!CHECK_REL(pdi_sample_node(&c->model, PD_FIELD_STORED, s->node[i]), wanted, 1e-6)) break;
+        CHECK_REL(pdi_sample_node(&c->model, PD_FIELD_XX, s->node[i]), 100e6, 1e-6);
+        CHECK_NEAR(pdi_sample_node(&c->model, PD_FIELD_YY, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pdi_sample_node(&c->model, PD_FIELD_ZZ, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pdi_sample_node(&c->model, PD_FIELD_XY, s->node[i]), 0.0, 100.0);
+    }
+    CHECK_REL(all, s->rest.stored, 1e-12);
+    end(c);
+}
+
+/* Metal comes apart when its largest principal stress is beyond its strength, and not before. */
+TEST(strength)
+{
+    static const char *const strengths[2] = {"101 MPa", "99 MPa"};
+    for (int k = 0; k < 2; k++) { /* a stress of 100 MPa */
+        char text[1024];
+        snprintf(text, sizeof text, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "  strength = %s\n[side x-] ux = 0"
+                 " um\n[side y-] uy = 0 um\n" AROUND "[side x+] ux = %g nm\n", strengths[k], 1e9 * LENGTH * 5e-4);
+        scene_case *c = run(0, text);
+        if (!c) return;
+        const pd_quasi_static *rest = &c->model.structure.rest;
+        if (!k) CHECK_INT(rest->broken, 0);
+        else CHECK(rest->stored <= 1e-9 * rest->work);
+        end(c);
+    }
 }
 
 /* Mechanics beside dissolution changes no bit of it, unless its stress is asked for. */
@@ -176,6 +288,10 @@ TEST(refused)
         {LATTICE "[side x-] ux = 0 um\n", "ux"},
         {LATTICE "[output] deformed = 10\n", "without [solid]"},
         {LATTICE "[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n[output] deformed = -1\n", "deformed"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  stretch = 0.1  strength = 1 MPa\n[side x-] ux = 0 um\n", "beside"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = ordinary  yield = 1 MPa\n[side x-] ux = 0 um\n", "hencky"},
+        {LATTICE "[solid] E = 1 GPa  nu = 0.3  material = hencky  toughness = 1 J/m2\n[side x-] ux = 0 um\n",
+         "in "},
         {"[grid] h = 1 um  box = " BOX "\n[solid] E = 1 GPa  nu = 0.3\n[side x-] ux = 0 um\n", "no metal"}};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
         scene_case *c = &cases[0];
@@ -188,5 +304,5 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
+TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(large_strains) ENTRY(ordinary) ENTRY(fields) ENTRY(strength) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
           ENTRY(refused))

@@ -21,6 +21,9 @@ PDI_FN void pdi_structure_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, structure, stress, (int64_t)structure->count * PDI_STRUCTURE_TENSOR, "Pa");
     PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
     PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, slip, pdi_structure_flows(structure) ? structure->count : 0, "1");
+    PDI_ARRAY(owner, structure, across, PD_DIM == 2 ? structure->count : 0, "Pa");
+    PDI_ARRAY(owner, structure, density, structure->count, "J/m3");
     PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
     if (!pdi_structure_moves(structure)) return;
     PDI_STATE(owner, structure, load, (int64_t)structure->count * PD_DIM, "N/m3");
@@ -105,29 +108,110 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int32_t i = 0; i < s->count && s->desc.material == PD_STRUCTURE_CORRESPONDENCE; i++)
-        if (s->elastic.total[i] > 0.0) return 1;
-    return s->desc.material == PD_STRUCTURE_SPRINGS && s->body.bonds > 0;
+    for (int64_t b = 0; b < s->body.bonds; b++)
+        if (!s->body.broken[b]) return 1;
+    return 0;
+}
+
+static pd_microelastic_desc pdi_structure_springs(const pd_structure *s)
+{
+    pd_microelastic_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.fracture = s->desc.fracture;
+    return desc;
+}
+
+static pd_ordinary_desc pdi_structure_ordinary(const pd_structure *s)
+{
+    pd_ordinary_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.poisson = s->desc.elastic.poisson;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.linear = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+static pd_finite_desc pdi_structure_finite(const pd_structure *s)
+{
+    pd_finite_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.law.kind = s->desc.material == PD_STRUCTURE_NEO_HOOKEAN ? PD_FINITE_NEO_HOOKEAN
+                  : pdi_structure_flows(s) ? PD_FINITE_J2 : PD_FINITE_HENCKY;
+    desc.law.young = s->desc.elastic.young;
+    desc.law.poisson = s->desc.elastic.poisson;
+    desc.law.plane = s->desc.elastic.plane;
+    desc.law.yield = s->desc.elastic.yield;
+    desc.law.hardening = s->desc.elastic.hardening;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.keep = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+PDI_FN void pdi_structure_attach(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: s->springs.body = &s->body; break;
+    case PD_STRUCTURE_ORDINARY: s->ordinary.body = &s->body; break;
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY:
+        s->finite.body = &s->body;
+        s->finite.desc = pdi_structure_finite(s);
+        break;
+    case PD_STRUCTURE_CORRESPONDENCE:
+        s->elastic.body = &s->body;
+        s->elastic.plastic.count = pdi_structure_flows(s) ? s->count : 0;
+    }
+}
+
+PDI_FN pd_solid pdi_structure_table(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_solid(&s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_solid(&s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_solid(&s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    return pd_elastic_solid(&s->elastic);
 }
 
 static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
 {
-    const pd_structure_desc *desc = &s->desc;
-    pd_microelastic_desc springs;
-    memset(&springs, 0, sizeof springs);
-    if (desc->material == PD_STRUCTURE_CORRESPONDENCE) {
-        s->desc.elastic.stiff = s->stiff;
-        s->desc.elastic.loose = 1;
-        PDI_TRY(pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic));
-        s->solid = pd_elastic_solid(&s->elastic);
-        return PD_OK;
+    pd_microelastic_desc springs = pdi_structure_springs(s);
+    pd_ordinary_desc ordinary = pdi_structure_ordinary(s);
+    pd_finite_desc finite = pdi_structure_finite(s);
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_build(ctx, &s->body, &ordinary, &s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_build(ctx, &s->body, &finite, &s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
     }
-    springs.young = desc->elastic.young;
-    springs.plane = desc->elastic.plane;
-    springs.influence = desc->elastic.influence;
-    springs.fracture = desc->fracture;
-    PDI_TRY(pd_microelastic_build(ctx, &s->body, &springs, &s->springs));
-    s->solid = pd_microelastic_solid(&s->springs);
+    s->desc.elastic.stiff = s->stiff;
+    s->desc.elastic.loose = 1;
+    return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
+}
+
+/* In 2D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
+static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
+{
+#if PD_DIM == 2
+    if (!(criterion->fracture > 0.0)) return PD_OK;
+    PDI_TRY(pdi_toughness_find(ctx, &s->body, &s->desc.elastic, criterion->fracture, &criterion->critical));
+    criterion->fracture = 0.0;
+#endif
+    (void)ctx;
+    (void)s;
+    (void)criterion;
     return PD_OK;
 }
 
@@ -138,7 +222,9 @@ static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
     rest.held = s->held;
     rest.load = s->desc.load;
     rest.user = s->desc.user;
-    rest.criterion.critical = s->desc.material == PD_STRUCTURE_SPRINGS ? s->springs.critical : s->desc.stretch;
+    rest.criterion = s->desc.breaks;
+    if (s->desc.material == PD_STRUCTURE_SPRINGS) rest.criterion.critical = s->springs.critical;
+    PDI_TRY(pdi_structure_tough(ctx, s, &rest.criterion));
     rest.eager = -1.0;
     rest.rtol = s->desc.rtol;
     return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
@@ -154,18 +240,32 @@ static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
     return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
 }
 
+static int pdi_structure_breaks(const pd_structure_desc *desc)
+{
+    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
+}
+
 static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 {
-    int springs = desc->material == PD_STRUCTURE_SPRINGS;
-    if ((int)desc->material < 0 || (int)desc->material > PD_STRUCTURE_SPRINGS || !(desc->density >= 0.0) ||
+    int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
+    if ((int)desc->material < 0 || desc->material > PD_STRUCTURE_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
-                        "or 1 and numbers that are not negative", (int)desc->material, desc->density, desc->fracture);
-    if (springs ? desc->stretch > 0.0 || desc->elastic.yield > 0.0 || desc->pace != NULL
-                : desc->fracture > 0.0 || (desc->density > 0.0 && (desc->stretch > 0.0 || desc->elastic.yield > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", springs ? "springs with a stretch, a yield stress or a pace,"
-                        " expected an energy of cracks alone" : "small strains with an energy of cracks, or that break"
-                        " or flow in motion, expected a balance with a stretch, or springs");
+                        "to %d and numbers that are not negative", (int)desc->material, desc->density, desc->fracture,
+                        (int)PD_STRUCTURE_HENCKY);
+    if (springs && (pdi_structure_breaks(desc) || flows || desc->pace))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
+                        "expected an energy of cracks alone");
+    if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_structure_breaks(desc) || flows))))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
+                        "breaks or flows in motion, expected a balance with a criterion, or springs");
+    if (desc->breaks.fracture > 0.0 && (PD_DIM == 3 || desc->material != PD_STRUCTURE_CORRESPONDENCE))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d in %dD, expected small "
+                        "strains by correspondence in 1D or 2D, springs, or a critical value of bonds",
+                        (int)desc->material, PD_DIM);
+    if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
+                        "strains or Hencky's", (int)desc->material);
     return PD_OK;
 }
 
@@ -182,6 +282,7 @@ static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_s
     PDI_TRY(pdi_structure_points(ctx, s));
     for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_structure_cut(ctx, s, &desc->cuts[k]));
     PDI_TRY(pdi_structure_material(ctx, s));
+    s->solid = pdi_structure_table(s);
     if (!pdi_structure_bears(s))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
@@ -200,6 +301,8 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 {
     pd_verlet_free(ctx, &s->motion);
     pd_quasi_static_free(ctx, &s->rest);
+    pd_finite_free(ctx, &s->finite);
+    pd_ordinary_free(ctx, &s->ordinary);
     pd_microelastic_free(ctx, &s->springs);
     pd_elastic_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
@@ -214,13 +317,17 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
     const pd_solid *solid = &s->solid;
     s->seen = s->rest.solves;
+    solid->density(ctx, solid->self, pdi_structure_u(s), s->density);
+    if (solid->slip) solid->slip(ctx, solid->self, s->slip);
     if (!solid->stress) return;
     solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_STRUCTURE_TENSOR;
-        double normal = solid->normal(solid->self, i, p), over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        double over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        double normal = solid->normal ? over * solid->normal(solid->self, i, p) : 0.0;
         for (int k = 0; k < PDI_STRUCTURE_TENSOR; k++) p[k] *= over;
-        s->mises[i] = pdi_solid_mises(p, normal * over, &s->pressure[i]);
+        s->mises[i] = pdi_solid_mises(p, normal, &s->pressure[i]);
+        if (PD_DIM == 2) s->across[i] = normal;
     }
 }
 
@@ -228,10 +335,10 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
-    if (!s->solid.stress) return PD_OK;
+    if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = fmax(s->mises[i], fabs(s->pressure[i])) / young;
-        double slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        double slip = s->solid.slip ? s->slip[i] : 0.0;
         if (strain < PDI_STRUCTURE_STRAIN && slip < PDI_STRUCTURE_SLIP) continue;
         pd_grid_position(s->grid, s->node[i], x);
         return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
@@ -250,7 +357,7 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
         at.t = s->rest.time;
         at.pressure = s->pressure[i];
         at.mises = s->mises[i];
-        at.slip = s->elastic.plastic.count ? s->elastic.plastic.slip[i] : 0.0;
+        at.slip = s->solid.slip ? s->slip[i] : 0.0;
         double pace = s->desc.pace(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
             return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
@@ -266,9 +373,9 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 /* Springs and what moves stay as they are. */
 static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
 {
-    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material == PD_STRUCTURE_CORRESPONDENCE)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one of small strains in "
-                    "balance", pdi_structure_moves(s) ? "in motion" : "of springs");
+    if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material != PD_STRUCTURE_SPRINGS)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a body %s is to dissolve, expected one in balance that is none "
+                    "of springs", pdi_structure_moves(s) ? "in motion" : "of springs");
 }
 
 /* Stiffness of the metal that is left; the balance is stale when it is another. */

@@ -4,7 +4,7 @@
  * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
  * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
  * the next step knows its stress: the coupling is of first order in time. With a density it moves instead, by velocity
- * Verlet from rest, and none of it dissolves. Its bonds may be springs.
+ * Verlet from rest, and none of it dissolves. Its material is one of those of the room `solid`.
  */
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
@@ -12,12 +12,18 @@
 #include "solid/elastic.h"
 #include "solid/quasi_static.h"
 #include "solid/cut.h"
+#include "solid/finite.h"
 #include "solid/microelastic.h"
+#include "solid/ordinary.h"
+#include "solid/toughness.h"
 #include "solid/verlet.h"
 
 typedef enum pd_structure_material {
     PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, which may flow (elastic.h) */
-    PD_STRUCTURE_SPRINGS = 1         /* bonds that are springs and break (microelastic.h); there is no stress */
+    PD_STRUCTURE_SPRINGS = 1,        /* bonds that are springs and break (microelastic.h); there is no stress */
+    PD_STRUCTURE_ORDINARY = 2,       /* the linear peridynamic solid, of small strains (ordinary.h) */
+    PD_STRUCTURE_NEO_HOOKEAN = 3,    /* large strains (finite.h) */
+    PD_STRUCTURE_HENCKY = 4          /* large strains, which may flow (finite.h) */
 } pd_structure_material;
 
 /* What the speed may depend on. */
@@ -43,7 +49,7 @@ typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
     pd_structure_material material;
     pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
-    double stretch;          /* [-] at which bonds of small strains break, in balance; 0: none does */
+    pd_criterion_desc breaks; /* by which bonds break, in balance; zero: none does. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] the body moves; 0: it is in balance */
     int timed;               /* 1: loads of a body that moves depend on time */
@@ -68,6 +74,8 @@ typedef struct pd_structure {
     pd_body body;
     pd_elastic elastic;
     pd_microelastic springs;
+    pd_ordinary ordinary;
+    pd_finite finite;
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */
@@ -76,6 +84,9 @@ typedef struct pd_structure {
     double *stiff;           /* [count] [-] */
     double *stress;          /* [count][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
     double *pressure, *mises; /* [count] [Pa] of that */
+    double *slip;            /* [count] [-] equivalent plastic strain, of metal that flows */
+    double *across;          /* [count] [Pa] stress normal to the plane of 2D */
+    double *density;         /* [count] [J/m3] energy that is stored */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
     int64_t seen;            /* solves that stress is known for */
 } pd_structure;
@@ -84,9 +95,9 @@ typedef struct pd_structure {
 #define pd_structure_process PD_NAME(pd_structure_process)
 #define pd_structure_free PD_NAME(pd_structure_free)
 
-/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; small strains that flow or
- * break in motion. PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a cut that crosses no
- * bond. */
+/* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
+ * flows or breaks in motion; metal that is to flow and is neither of small strains nor Hencky's. PD_ERR_GEOMETRY: no
+ * metal; a node whose bonds do not span all directions; a cut that crosses no bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
 /* Its balance or motion as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
@@ -96,9 +107,13 @@ PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
+/* The material that `desc` asks for, of the body, without its arrays; and its table. */
+PDI_FN void pdi_structure_attach(pd_structure *structure);
+PDI_FN pd_solid pdi_structure_table(pd_structure *structure);
 /* Share of the bonds of a point that are broken [-]. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
 static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
+static inline int pdi_structure_flows(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
 /* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */
 static inline const double *pdi_structure_u(const pd_structure *s)
 {

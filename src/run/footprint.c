@@ -300,7 +300,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
 /* [byte] of what a balance of a body takes while it is found. */
 static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, double m)
 {
-    pd_solid solid = s->springs.body ? pd_microelastic_solid(&s->springs) : pd_elastic_solid(&s->elastic);
+    pd_solid solid = pdi_structure_table(s);
     pdi_equilibrium q;
     pd_krylov_desc kd;
     memset(&q, 0, sizeof q);
@@ -313,28 +313,33 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
 }
 
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
-static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s)
+static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
     double most = fmin((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
     pd_band band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
-    band.fields = s->springs.body ? PDI_BAND_SHARE : s->elastic.plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF;
+    band.fields = fields;
     band.stride = s->count;
-    double each = (double)sizeof *band.bond + (s->springs.body ? (double)sizeof *s->springs.springs.of : 0.0);
-    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * each;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * ((double)sizeof *band.bond + more);
 }
 
-/* [byte] of the material of a body and of what moves it on. */
-static double pdi_footprint_material(const pdi_footprint_plan *plan, int springs, pd_structure *s)
+/* [byte] of the material of a body. */
+static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structure *s)
 {
-    double bytes = pdi_footprint_bands(plan, s);
-    if (springs) bytes += pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    else
-        bytes += pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
-                 pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
-    return bytes + (pdi_structure_moves(s) ? pdi_footprint_list(plan, pdi_verlet_list, &s->motion)
-                                           : pdi_footprint_list(plan, pdi_quasi_static_list, &s->rest));
+    int flows = pdi_structure_flows(s);
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS:
+        return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
+    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
+           pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
 
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -346,16 +351,18 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
     s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
-    if (u->metal_body.springs) s.springs.body = &s.body;
-    else s.elastic.body = &s.body;
+    s.desc.elastic.yield = u->metal_body.yield;
+    pdi_structure_attach(&s);
     s.motion.solid.body = &s.body;
-    s.elastic.plastic.count = u->metal_body.yield > 0.0 ? s.count : 0;
     s.rest.n = (int64_t)s.count * PD_DIM;
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
-    *bytes += pdi_footprint_material(plan, u->metal_body.springs, &s);
+    *bytes += pdi_footprint_material(plan, &s);
+    *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
+                                      : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
     if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 

@@ -143,7 +143,7 @@ static double pdi_grip_bears(const pd_grips *g, int32_t i, int side)
     int axis = side / 2, reach = 2 * (int)ceil(s->desc.m + 1.0), row = pdi_grip_row(g, i, side);
     if (!s->solid.edge) return row ? 0.0 : 1.0 / s->grid->h[axis];
     if (row >= reach || 2 * row >= s->grid->n[axis] || !(s->stiff[i] > 0.0)) return 0.0;
-    double edge = s->elastic.edge[(int64_t)i * PD_DIM + axis];
+    double edge = s->solid.edge[(int64_t)i * PD_DIM + axis];
     return side % 2 ? -edge : edge;
 }
 

@@ -318,6 +318,22 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
 
+/* By which bonds of the metal break that are no springs. */
+static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
+{
+    pd_criterion_desc breaks;
+    memset(&breaks, 0, sizeof breaks);
+    breaks.critical = b->stretch;
+    if (b->strength > 0.0) {
+        breaks.kind = PD_CRITERION_PRINCIPAL;
+        breaks.critical = b->strength;
+    } else if (b->toughness > 0.0 && b->material != PD_STRUCTURE_SPRINGS) {
+        breaks.kind = PD_CRITERION_ENERGY;
+        breaks.fracture = b->toughness;
+    }
+    return breaks;
+}
+
 static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
@@ -331,9 +347,9 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.elastic.influence = b->influence;
     desc.elastic.yield = b->yield;
     desc.elastic.hardening = b->hardening;
-    desc.stretch = b->stretch;
-    desc.material = b->springs ? PD_STRUCTURE_SPRINGS : PD_STRUCTURE_CORRESPONDENCE;
-    desc.fracture = b->toughness;
+    desc.material = b->material;
+    desc.breaks = pdi_model_breaks(b);
+    if (b->material == PD_STRUCTURE_SPRINGS) desc.fracture = b->toughness;
     desc.density = b->density;
     desc.timed = b->timed;
     desc.rtol = b->rtol;

@@ -170,13 +170,13 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         u = fmax(u, sqrt(square));
         mises = fmax(mises, s->mises[i]);
         pressure = fmax(pressure, s->pressure[i]);
-        if (s->elastic.plastic.count) slip = fmax(slip, s->elastic.plastic.slip[i]);
+        if (s->solid.slip) slip = fmax(slip, s->slip[i]);
     }
     pdi_monitor_put(m, "u_max", "m", u);
     if (!s->solid.stress) return;
     pdi_monitor_put(m, "mises_max", "Pa", mises);
     pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
-    if (s->elastic.plastic.count) pdi_monitor_put(m, "eps_p_max", "-", slip);
+    if (s->solid.slip) pdi_monitor_put(m, "eps_p_max", "-", slip);
 }
 
 /* What has been put into a body in motion and what has become of it. */

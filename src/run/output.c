@@ -21,7 +21,7 @@ static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
            field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
-           field == PD_FIELD_MISES || field == PD_FIELD_PRESSURE || field == PD_FIELD_SLIP || field == PD_FIELD_BROKEN;
+           field > PD_FIELD_U;
 }
 
 static void pdi_output_fill(pd_output *out)
@@ -244,7 +244,7 @@ static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field,
     picture.hi[0] = m->grid.hi[right];
     picture.hi[1] = m->grid.hi[up];
     int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
     picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
     picture.title = title;
     picture.stamp = stamp;

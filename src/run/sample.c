@@ -16,7 +16,9 @@
 static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                 "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
                                                 "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
-                                                "eps_p", "broken"};
+                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
+                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
+                                                "sigma_zx [Pa]"};
 
 PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
 
@@ -44,6 +46,15 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* A component of the stress of a point [Pa]. */
+static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
+{
+    static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
+    int p = row[field - PD_FIELD_XX], q = column[field - PD_FIELD_XX];
+    if (PD_DIM == 2 && p == 2) return s->across[point];
+    return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
+}
+
 /* Of metal that bears loads; 0 elsewhere. */
 static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
 {
@@ -60,8 +71,10 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_PRESSURE: return s->pressure[point];
-    case PD_FIELD_SLIP: return s->elastic.plastic.slip[point];
-    default: return pdi_structure_broken(s, point);
+    case PD_FIELD_SLIP: return s->slip[point];
+    case PD_FIELD_BROKEN: return pdi_structure_broken(s, point);
+    case PD_FIELD_STORED: return s->density[point];
+    default: return pdi_sample_stress(s, field, point);
     }
 }
 
@@ -94,7 +107,14 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
     case PD_FIELD_SLIP:
-    case PD_FIELD_BROKEN: return pdi_sample_solid(m, field, i);
+    case PD_FIELD_BROKEN:
+    case PD_FIELD_STORED:
+    case PD_FIELD_XX:
+    case PD_FIELD_YY:
+    case PD_FIELD_ZZ:
+    case PD_FIELD_XY:
+    case PD_FIELD_YZ:
+    case PD_FIELD_ZX: return pdi_sample_solid(m, field, i);
     case PD_FIELD_COUNT: break;
     }
     return 0.0;

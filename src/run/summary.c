@@ -161,21 +161,32 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
+/* What breaks metal. */
+static void pdi_summary_breaks(const pdi_summary *s)
+{
+    const pd_setup_body *b = &s->model->setup->metal_body;
+    char strength[PD_UNITS_TEXT];
+    pdi_setup_show(b->strength, "Pa", strength);
+    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+    if (b->strength > 0.0) pdi_summary_line(s, "  %-12sbonds break at a principal stress of %s", "", strength);
+    if (b->toughness > 0.0) pdi_summary_line(s, "  %-12scracks take %g J/m2", "", b->toughness);
+}
+
 static void pdi_summary_solid(const pdi_summary *s)
 {
+    static const char *const materials[] = {"small strains", "springs", "ordinary", "neo-Hookean", "Hencky"};
     const pd_model *m = s->model;
     const pd_setup_body *b = &m->setup->metal_body;
     char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
     if (!m->setup->has_solid) return;
     pdi_setup_show(b->young, "Pa", young);
     pdi_setup_show(b->yield, "Pa", yield);
-    snprintf(text, sizeof text, "E = %s, nu = %g%s, m = %g, %.0f bonds", young, b->poisson,
+    snprintf(text, sizeof text, "%s, E = %s, nu = %g%s, m = %g, %.0f bonds", materials[b->material], young, b->poisson,
              PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
              0.5 * (double)m->structure.body.bonds);
     pdi_summary_part(s, PD_PART_SOLID, "solid", text);
     if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
-    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
-    if (b->springs) pdi_summary_line(s, "  %-12ssprings, cracks take %g J/m2 (0: none)", "", b->toughness);
+    pdi_summary_breaks(s);
     if (b->density > 0.0) pdi_summary_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
                                            m->structure.motion.longest);
 }

@@ -50,13 +50,17 @@ static pd_status pdi_read_cuts_way(pdi_reader *s, int section, pd_setup_cut *cut
 /* Radii about the tip between which the contours of J lie. */
 static pd_status pdi_read_cuts_contours(pdi_reader *s, int section, pd_setup_cut *cut)
 {
-    double least = s->setup->metal_body.m * s->setup->h[0];
+    const pd_setup_body *b = &s->setup->metal_body;
+    double least = b->m * s->setup->h[0];
     int count;
     if (!pdi_text_has(s->ctx, s->text, section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
-    if (s->setup->metal_body.springs || s->setup->metal_body.density > 0.0)
+    if (b->material > PD_STRUCTURE_ORDINARY || b->material == PD_STRUCTURE_SPRINGS || b->density > 0.0 ||
+        b->yield > 0.0)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found with %s, expected small strains in balance:"
-                               " J is theirs", s->setup->metal_body.springs ? "material = springs" : "motion = yes");
+                               " J is theirs", b->material == PD_STRUCTURE_SPRINGS ? "material = springs"
+                               : b->density > 0.0 ? "motion = yes" : b->yield > 0.0 ? "a yield stress"
+                               : "a material of large strains");
     if (PD_DIM != 2) return pdi_text_refuse(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
         return pdi_text_refuse(s->ctx, s->text, section, "contours", "found %d length%s, expected 3: J is taken between"

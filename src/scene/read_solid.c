@@ -115,48 +115,91 @@ static pd_status pdi_read_solid_tables(pdi_reader *s, int section)
     return pdi_read_solid_watch(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
 
+static const char *const pdi_read_solid_materials[] = {"correspondence", "springs", "ordinary", "neo_hookean", "hencky",
+                                                       NULL};
+
+static int pdi_read_solid_springs(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
+
 /* Poisson's ratio of springs follows from their law. */
 static pd_status pdi_read_solid_poisson(pdi_reader *s, int section)
 {
     pd_setup_body *b = &s->setup->metal_body;
     double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
+    int rubber = b->material == PD_STRUCTURE_NEO_HOOKEAN;
     if (PD_DIM == 1) return PD_OK;
-    if (b->springs && !pdi_text_has(s->ctx, s->text, section, "nu")) {
+    if (pdi_read_solid_springs(b) && !pdi_text_has(s->ctx, s->text, section, "nu")) {
         b->poisson = own;
         return PD_OK;
     }
-    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, -0.999, 0.499, 0, &b->poisson));
-    if (!b->springs || fabs(b->poisson - own) < 1e-3) return PD_OK;
+    PDI_TRY(pdi_reader_within(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999, 0.499,
+                              0, &b->poisson));
+    if (!pdi_read_solid_springs(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "nu", "found %g with material = springs, expected their %g",
                            b->poisson, own);
 }
 
-/* Flow and the stretch at which bonds break are of small strains, the energy of a crack of springs. */
-static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+/* Metal flows at small strains and as Hencky's. */
+static pd_status pdi_read_solid_flow(pdi_reader *s, int section)
 {
-    static const char *const small[] = {"yield", "hardening", "stretch", "speed_factor"};
     pd_setup_body *b = &s->setup->metal_body;
-    int moves = b->density > 0.0;
-    for (int k = 0; k < 4; k++)
-        if ((b->springs || moves) && pdi_text_has(s->ctx, s->text, section, small[k]))
-            return pdi_text_refuse(s->ctx, s->text, section, small[k], "found with %s, expected %s",
-                                   b->springs ? "material = springs" : "motion = yes",
-                                   b->springs ? "toughness, by which springs break" : "a body in balance, or springs "
-                                   "with a toughness");
-    if (b->springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
-    if (pdi_text_has(s->ctx, s->text, section, "toughness"))
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found without material = springs, expected "
-                               "stretch, by which bonds break here");
-    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
     PDI_TRY(pdi_reader_not_negative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_refuse(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
-    if (b->yield > 0.0 && b->yield < 1e3 * b->rtol * b->young)
+    if (!(b->yield > 0.0)) return PD_OK;
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE && b->material != PD_STRUCTURE_HENCKY)
+        return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with material = %s, expected correspondence or"
+                               " hencky", pdi_read_solid_materials[b->material]);
+    if (b->yield < 1e3 * b->rtol * b->young)
         return pdi_text_refuse(s->ctx, s->text, section, "yield", "found %g Pa, expected 0 or at least 1000 rtol E = "
                                "%g Pa: balances are no finer", b->yield, 1e3 * b->rtol * b->young);
-    if (b->yield > 0.0) PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
-    if (!(b->yield > 0.0) || PD_DIM != 2 || b->plane == PD_PLANE_STRAIN) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain");
+    PDI_TRY(pdi_reader_not_negative(s, section, "hardening", "Pa", "0", &b->hardening));
+    if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_STRUCTURE_HENCKY) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "yield", "found with plane = stress, expected plane = strain or "
+                           "material = hencky");
+}
+
+/* What breaks metal: one of three measures. */
+static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
+{
+    static const char *const keys[] = {"stretch", "strength", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    const char *found = NULL;
+    PDI_TRY(pdi_reader_not_negative(s, section, "stretch", "", "0", &b->stretch));
+    PDI_TRY(pdi_reader_not_negative(s, section, "strength", "Pa", "0", &b->strength));
+    PDI_TRY(pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    for (int k = 0; k < 3; k++) {
+        double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
+        if (!(value > 0.0)) continue;
+        if (found)
+            return pdi_text_refuse(s->ctx, s->text, section, keys[k], "found beside %s, expected one of stretch, "
+                                   "strength and toughness", found);
+        found = keys[k];
+    }
+    if (!(b->toughness > 0.0)) return PD_OK;
+    if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected springs%s"
+                               ", or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
+                               PD_DIM == 3 ? "" : ", correspondence");
+    if (!(b->yield > 0.0)) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "
+                           "strength: energies of bonds are those of metal that does not flow");
+}
+
+/* Flow and measures at which bonds break are of metal in balance, the energy of a crack in motion of springs. */
+static pd_status pdi_read_solid_ends(pdi_reader *s, int section)
+{
+    static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves = b->density > 0.0, springs = pdi_read_solid_springs(b);
+    for (int k = 0; k < (springs ? 5 : 6); k++)
+        if ((springs || moves) && pdi_text_has(s->ctx, s->text, section, still[k]))
+            return pdi_text_refuse(s->ctx, s->text, section, still[k], "found with %s, expected %s",
+                                   springs ? "material = springs" : "motion = yes",
+                                   springs ? "toughness, by which springs break" : "a body in balance, or springs with "
+                                   "a toughness");
+    if (springs) return pdi_reader_not_negative(s, section, "toughness", "J/m2", "0", &b->toughness);
+    PDI_TRY(pdi_read_solid_flow(s, section));
+    return pdi_read_solid_breaks(s, section);
 }
 
 /* In motion, with a density; springs and what moves do not dissolve. */
@@ -166,7 +209,7 @@ static pd_status pdi_read_solid_motion(pdi_reader *s, int section)
     pd_setup_body *b = &s->setup->metal_body;
     int moves;
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
-    if (s->setup->has_dissolve && (moves || b->springs))
+    if (s->setup->has_dissolve && (moves || pdi_read_solid_springs(b)))
         return pdi_text_refuse(s->ctx, s->text, section, moves ? "motion" : "material",
                                "found beside metal that dissolves, expected %s",
                                moves ? "motion = no" : "material = correspondence");
@@ -179,10 +222,11 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
 {
     static const char *const planes[] = {"strain", "stress", NULL};
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
-    static const char *const materials[] = {"correspondence", "springs", NULL};
     pd_setup_body *b = &s->setup->metal_body;
-    int plane = 0, influence;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", materials, "correspondence", &b->springs));
+    int plane = 0, influence, material;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "material", pdi_read_solid_materials, "correspondence",
+                            &material));
+    b->material = (pd_structure_material)material;
     PDI_TRY(pdi_reader_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
         return pdi_text_refuse(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
@@ -191,7 +235,7 @@ static pd_status pdi_read_solid_law(pdi_reader *s, int section)
     PDI_TRY(pdi_read_solid_poisson(s, section));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
     b->influence = (pd_influence)influence;
-    PDI_TRY(pdi_reader_within(s, section, "m", "", b->springs ? "3" : "2", 1.0, 6.0, 0, &b->m));
+    PDI_TRY(pdi_reader_within(s, section, "m", "", pdi_read_solid_springs(b) ? "3" : "2", 1.0, 6.0, 0, &b->m));
     PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
     PDI_TRY(pdi_read_solid_motion(s, section));
     return pdi_read_solid_ends(s, section);

@@ -7,7 +7,8 @@
 
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage", "energy",
-                                               "u", "mises", "sigma_h", "eps_p", "broken"};
+                                               "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
+                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #if PD_DIM > 1
@@ -118,19 +119,36 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
 
+static int pdi_setup_stressed(const pd_setup *setup)
+{
+    return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
+}
+
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 {
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_U:
+    case PD_FIELD_STORED:
     case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
     case PD_FIELD_PRESSURE:
-        return setup->has_solid && !setup->metal_body.springs ? NULL : "a [solid] section whose bonds are no springs";
+        return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_SLIP:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
+    case PD_FIELD_XX: return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_YY:
+    case PD_FIELD_ZZ:
+    case PD_FIELD_XY:
+        if (PD_DIM > 1 && pdi_setup_stressed(setup)) return NULL;
+        return "two dimensions and a [solid] section whose bonds are no springs";
+    case PD_FIELD_YZ:
+    case PD_FIELD_ZX:
+        return PD_DIM > 2 && pdi_setup_stressed(setup) ? NULL
+                                                       : "three dimensions and a [solid] section whose bonds are no "
+                                                         "springs";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";

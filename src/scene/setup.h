@@ -9,7 +9,7 @@
 #include "metal/dissolve.h"
 #include "metal/metal.h"
 #include "flow/gas.h"
-#include "solid/elastic.h"
+#include "couple/structure.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -46,6 +46,13 @@ typedef enum pd_field {
     PD_FIELD_PRESSURE,
     PD_FIELD_SLIP,
     PD_FIELD_BROKEN,
+    PD_FIELD_STORED,
+    PD_FIELD_XX, /* stresses */
+    PD_FIELD_YY,
+    PD_FIELD_ZZ,
+    PD_FIELD_XY,
+    PD_FIELD_YZ,
+    PD_FIELD_ZX,
     PD_FIELD_COUNT
 } pd_field;
 
@@ -210,9 +217,10 @@ typedef struct pd_setup_body {
     pd_influence influence;
     double m;                /* [-] horizon ratio of its bonds */
     double yield, hardening; /* [Pa] 0: it does not flow */
+    pd_structure_material material;
     double stretch;          /* [-] at which bonds break, 0: none does */
-    int springs;             /* 1: its bonds are springs */
-    double toughness;        /* [J/m2] of springs; 0: none breaks */
+    double strength;         /* [Pa] largest principal stress at which they do, 0: none does */
+    double toughness;        /* [J/m2] that a crack takes; 0: none breaks */
     double density;          /* [kg/m3] it moves; 0: it is in balance */
     int timed;               /* 1: loads depend on time */
     double rtol;             /* [-] */

@@ -62,9 +62,9 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
                         "an outer radius beyond the inner one", desc->inner, desc->outer,
                         PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
-    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !(c->solid->linear || c->solid->density))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "neither the bonds of the %s material nor its stress and energy "
-                        "density are known", c->solid->name);
+    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !c->solid->linear)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
+                        " in small strains", c->solid->name);
     return PD_OK;
 }
 
@@ -159,7 +159,7 @@ static double pdi_crack_local(const pdi_crack *c, int64_t i)
     double along[PD_DIM], sum = 0.0, density = c->density[i];
     pdi_crack_along(c, i, along);
     for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
-    for (int p = 0; p < PDI_CRACK_TENSOR && !c->solid->density; p++)
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++)
         density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
     return sum - density * pdi_vec_dot(slope, c->desc.way);
 }
@@ -190,8 +190,8 @@ static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, doubl
     PDI_TRY(pdi_crack_gradients(ctx, c, u));
     pd_status status = solid->force(ctx, solid->self, u, c->force);
     if (status != PD_OK) return status;
-    if (solid->density) solid->density(ctx, solid->self, u, c->density);
-    if (!solid->pull) solid->stress(ctx, solid->self, u, c->stress);
+    if (solid->pull) solid->density(ctx, solid->self, u, c->density);
+    else solid->stress(ctx, solid->self, u, c->stress);
     for (int32_t i = 0; i < c->count; i++) {
         double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
         pdi_crack_along(c, i, along);

@@ -391,6 +391,21 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
     return sum;
 }
 
+/* Energy density of point i of a band, of which it is the n-th one [J/m3]. */
+static double pdi_elastic_point_energy(const pd_elastic *e, const double *u, const pdi_band_sums *sums, int32_t i,
+                                       int32_t n)
+{
+    double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
+    if (!(e->total[i] > 0.0)) return 0.0;
+    pdi_elastic_gradient(e, sums, i, n, h, average);
+    density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
+    if (e->plastic.count) {
+        pdi_plastic_meet(&e->plastic, i, average);
+        density -= pdi_plastic_relief(&e->plastic, i, average);
+    }
+    return pdi_elastic_stiff(e, i) * density;
+}
+
 double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
 {
     pdi_sum all = {0.0, 0.0};
@@ -399,16 +414,8 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
     for (int32_t k = 0; k < e->band.bands; k++) {
         int32_t count = pdi_band_collect(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
-            double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR], density;
             int32_t i = e->band.first[k] + n;
-            if (!(e->total[i] > 0.0)) continue;
-            pdi_elastic_gradient(e, &sums, i, n, h, average);
-            density = pdi_elastic_density(e, u, i, h, NULL) / e->total[i];
-            if (e->plastic.count) {
-                pdi_plastic_meet(&e->plastic, i, average);
-                density -= pdi_plastic_relief(&e->plastic, i, average);
-            }
-            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_stiff(e, i) * density);
+            pdi_sum_add(&all, e->body->volume[i] * pdi_elastic_point_energy(e, u, &sums, i, n));
         }
     }
     return pdi_sum_total(&all);
@@ -531,6 +538,28 @@ static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const d
     }
 }
 
+static void pdi_elastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_band_move(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_band_sums sums;
+        int32_t count = pdi_band_collect(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++)
+            density[e->band.first[k] + n] = pdi_elastic_point_energy(e, u, &sums, e->band.first[k] + n, n);
+    }
+}
+
+static void pdi_elastic_solid_slip(const pd_ctx *ctx, const void *self, double *strain)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    (void)ctx;
+    memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
+}
+
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -628,7 +657,9 @@ pd_solid pd_elastic_solid(pd_elastic *e)
     if (!e->plastic.count) solid.bond_energy = pdi_elastic_solid_bond_energy;
     solid.stress = pdi_elastic_solid_stress;
     solid.normal = pdi_elastic_solid_normal;
+    solid.density = pdi_elastic_solid_density;
     if (e->plastic.count) solid.dissipated = pdi_elastic_solid_dissipated;
+    if (e->plastic.count) solid.slip = pdi_elastic_solid_slip;
     solid.update = pdi_elastic_solid_update;
     solid.commit = pdi_elastic_solid_commit;
     solid.limit = pdi_elastic_solid_limit;

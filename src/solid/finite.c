@@ -167,9 +167,9 @@ static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
     const pd_body *body = f->body;
     f->known = 0;
     for (int32_t i = 0; i < body->count; i++)
-        if (!(pdi_finite_stiff(f, i) > 0.0) || !(pdi_finite_stiff(f, i) < 1e100))
+        if (!(pdi_finite_stiff(f, i) >= (f->desc.loose ? 0.0 : 1e-100)) || !(pdi_finite_stiff(f, i) < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "the stiffness of point %d has the factor %g, expected a "
-                            "finite positive one", (int)i, pdi_finite_stiff(f, i));
+                            "finite positive one%s", (int)i, pdi_finite_stiff(f, i), f->desc.loose ? ", or 0" : "");
     int32_t flat = pdi_finite_families(ctx, f);
     while (flat >= 0 && f->desc.loose) {
         for (int32_t i = flat; i < body->count; i++)
@@ -548,6 +548,26 @@ static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
     return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
 }
 
+static void pdi_finite_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    pd_finite *f = (pd_finite *)self;
+    const pdi_finite_moduli m = pdi_finite_law_of(f);
+    int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < f->body->count; i++) density[i] = pdi_finite_point_energy(f, &m, u, i);
+}
+
+static void pdi_finite_moduli_of(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_finite *f = (const pd_finite *)self;
+    (void)ctx;
+    for (int32_t i = 0; i < f->body->count; i++) {
+        lambda[i] = pdi_finite_stiff(f, i) * f->lambda;
+        mu[i] = pdi_finite_stiff(f, i) * f->mu;
+    }
+}
+
 void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
 {
     (void)ctx;
@@ -559,6 +579,11 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
             if (pdi_finite_open(f, i, b, &bond))
                 strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
     }
+}
+
+static void pdi_finite_slip(const pd_ctx *ctx, const void *self, double *strain)
+{
+    pd_finite_plastic(ctx, (const pd_finite *)self, strain);
 }
 
 /* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
@@ -621,12 +646,15 @@ pd_solid pd_finite_solid(pd_finite *f)
     s.force = pdi_finite_force;
     s.tangent = pdi_finite_tangent;
     s.blocks = pdi_finite_blocks;
+    s.moduli = pdi_finite_moduli_of;
     s.energy = pdi_finite_energy;
+    s.density = pdi_finite_density;
     s.stress = pdi_finite_stress;
     s.update = pdi_finite_update;
     if (PD_DIM == 2) s.normal = pdi_finite_normal;
     if (f->desc.law.kind == PD_FINITE_J2) {
         s.dissipated = pdi_finite_dissipated;
+        s.slip = pdi_finite_slip;
         s.commit = pdi_finite_commit;
     }
     s.limit = pdi_finite_limit;

@@ -324,6 +324,29 @@ static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u
     return pdi_sum_total(&all);
 }
 
+static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    int nt = pdi_par_threads(ctx, o->body->bonds * 50);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double q[PDI_SYM];
+        density[i] = pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
+    }
+}
+
+static void pdi_ordinary_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_ordinary *o = (const pd_ordinary *)self;
+    (void)ctx;
+    for (int32_t i = 0; i < o->body->count; i++) {
+        double part = o->desc.stiff ? o->desc.stiff[i] : 1.0;
+        lambda[i] = part * o->lambda;
+        mu[i] = part * o->mu;
+    }
+}
+
 static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -587,7 +610,9 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
     s.force = pdi_ordinary_force;
     s.tangent = pdi_ordinary_tangent;
     s.blocks = pdi_ordinary_blocks;
+    s.moduli = pdi_ordinary_moduli;
     s.energy = pdi_ordinary_energy;
+    s.density = pdi_ordinary_density;
     s.bond_energy = pdi_ordinary_bond_energy;
     s.stress = pdi_ordinary_stress;
     s.normal = pdi_ordinary_normal;

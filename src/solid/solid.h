@@ -37,6 +37,8 @@ typedef struct pd_solid {
     double (*normal)(const void *self, int32_t i, const double *stress);
     /* [J] (per m in 2D, per m2 in 1D) that flow has cost up to the last state. NULL: nothing flows. */
     double (*dissipated)(const void *self);
+    /* strain [count] [-]: equivalent plastic strain of each point, of the last state. NULL: nothing flows. */
+    void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
     /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
