@@ -44318,8 +44318,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed, m"},
-    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, speed_factor, "
-              "motion, density, rtol"},
+    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, "
+              "speed_factor, motion, density, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
@@ -44967,8 +44967,8 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
     }
     if (!(b->toughness > 0.0)) return PD_OK;
     if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected springs%s"
-                               ", or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected "
+                               "springs%s, or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
                                PD_DIM == 3 ? "" : ", correspondence");
     if (!(b->yield > 0.0)) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "
@@ -48370,7 +48370,8 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     band.body = &s->body;
     band.fields = fields;
     band.stride = s->count;
-    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * ((double)sizeof *band.bond + more);
+    more += (double)sizeof *band.bond;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * more;
 }
 
 /* [byte] of the material of a body. */

@@ -82,13 +82,14 @@ spoil "yield below the balance" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   y
     "bad.scene:8: yield: found 1 Pa, expected 0 or at least 1000 rtol E = 450000 Pa: balances are no finer"
 spoil "toughness and stretch" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   toughness = 5 J\/m2   stretch = 0.1/" \
     "bad.scene:8: toughness: found beside stretch, expected one of stretch, strength and toughness"
-spoil "toughness of rubber" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = neo_hookean   toughness = 5 J\/m2/" \
+spoil "toughness of rubber" \
+    "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = neo_hookean   toughness = 5 J\/m2/" \
     "bad.scene:8: toughness: found in 2D with material = neo_hookean, expected springs, correspondence, or stretch or \
 strength"
 spoil "toughness of metal that flows" \
     "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa   toughness = 5 J\/m2/" \
-    "bad.scene:8: toughness: found with a yield stress, expected stretch or strength: energies of bonds are those of metal \
-that does not flow"
+    "bad.scene:8: toughness: found with a yield stress, expected stretch or strength: energies of bonds are those of \
+metal that does not flow"
 spoil "J of metal that flows" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 um, 0 um   contours = 0 um, 29 um, \
 99 um\n[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa/" \
     "bad.scene:10: contours: found with a yield stress, expected small strains in balance: J is theirs"

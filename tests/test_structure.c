@@ -304,5 +304,6 @@ TEST(refused)
     }
 }
 
-TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(large_strains) ENTRY(ordinary) ENTRY(fields) ENTRY(strength) ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
+TEST_MAIN(ENTRY(faces_move) ENTRY(traction) ENTRY(large_strains) ENTRY(ordinary) ENTRY(fields) ENTRY(strength)
+          ENTRY(dissolution_alone) ENTRY(gutman) ENTRY(thinning) ENTRY(torn)
           ENTRY(refused))

@@ -321,7 +321,8 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     band.body = &s->body;
     band.fields = fields;
     band.stride = s->count;
-    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * ((double)sizeof *band.bond + more);
+    more += (double)sizeof *band.bond;
+    return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * more;
 }
 
 /* [byte] of the material of a body. */

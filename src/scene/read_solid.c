@@ -177,8 +177,8 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
     }
     if (!(b->toughness > 0.0)) return PD_OK;
     if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected springs%s"
-                               ", or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected "
+                               "springs%s, or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
                                PD_DIM == 3 ? "" : ", correspondence");
     if (!(b->yield > 0.0)) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "

@@ -21,8 +21,8 @@ static const pdi_syntax_section pdi_syntax_table[] = {
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
     {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
                 "gb_factor, repassivation, breaking, seed, m"},
-    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, speed_factor, "
-              "motion, density, rtol"},
+    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, "
+              "speed_factor, motion, density, rtol"},
     {"cut", "points, way, contours"},
     {"table", "file, x, y, outside"},
     {"run", "until, rtol, fraction, max_step"},
