@@ -29530,18 +29530,20 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #define PDI_MEND_AGAIN 0.5
 /* Largest change of a share in a sweep, and of all that ends the sweeps. */
 #define PDI_MEND_STEP 1.0
-#define PDI_MEND_END 1e-3
+#define PDI_MEND_END 1e-2
 #define PDI_MEND_SWEEPS 200
 /* A family whose moments are off by less is whole. */
 #define PDI_MEND_WHOLE 1e-6
-/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. */
+/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to multiples
+ * of 2^-8: shares are no more exact, and of points that follow each other they are the same, as bands want them. */
 #define PDI_MEND_GRID 6144.0
+#define PDI_MEND_COARSE 26388279066624.0
 
 enum { PDI_MEND_PACKED = PD_MEND_MOMENTS * (PD_MEND_MOMENTS + 1) / 2 };
 
 /* ---- moments ---- */
 
-static inline double pdi_mend_round(double x) { return x + PDI_MEND_GRID - PDI_MEND_GRID; }
+static inline double pdi_mend_round(double x, double grid) { return x + grid - grid; }
 
 /* Moments of the bond xi, and r [m]. */
 static inline double pdi_mend_moments(const pdi_mend *o, const double *xi, double *f)
@@ -29611,9 +29613,9 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
         double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
         double factor = part * pdi_mend_exp(z, &slope);
         slope *= part;
-        for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k]);
+        for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);
         for (int k = 0; k < all && matrix; k++)
-            for (int n = 0; n <= k; n++) matrix[k * all + n] += pdi_mend_round(slope * f[k] * f[n]);
+            for (int n = 0; n <= k; n++) matrix[k * all + n] += pdi_mend_round(slope * f[k] * f[n], PDI_MEND_GRID);
     }
 }
 
@@ -29695,6 +29697,7 @@ static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t 
             for (int k = 0; k < all; k++) share[(int64_t)cut[p] * all + k] += change[(int64_t)p * all + k];
         if (!(pdi_par_max_abs(ctx, (int64_t)cuts * all, change) > PDI_MEND_END)) break;
     }
+    for (int64_t k = 0; k < (int64_t)body->count * all; k++) share[k] = pdi_mend_round(share[k], PDI_MEND_COARSE);
 }
 
 PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
@@ -29727,6 +29730,7 @@ PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
 #undef PDI_MEND_SWEEPS
 #undef PDI_MEND_WHOLE
 #undef PDI_MEND_GRID
+#undef PDI_MEND_COARSE
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
