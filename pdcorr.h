@@ -3895,7 +3895,7 @@ static inline double pdi_solid_mises(const double *stress, double normal, double
 /* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
  *
  * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
- * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8).
+ * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8e).
  */
 #ifndef PD_WEIGH_H
 #define PD_WEIGH_H
@@ -4759,7 +4759,7 @@ PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const dou
 /* What makes up for the bonds that cut families lack. */
 typedef enum pd_microelastic_surface {
     PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that the moments of families are those of the bulk (8.8a); 1D: energy */
-    PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8) */
+    PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
     PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
     PD_MICROELASTIC_NONE         /* nothing */
 } pd_microelastic_surface;
