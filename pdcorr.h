@@ -4712,8 +4712,8 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_sprin
  *
  * Each family has moments f(n): the energies of strains along the axes, the products n_a n_b, and what of n n n has no
  * trace. Factors of bonds give them the values of a whole family: then a uniform stress is in balance at a free surface
- * of any direction, and energies are those of the bulk. Each point has a share of each moment. The factor of a bond is a
- * bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
+ * of any direction, and energies are those of the bulk. Each point has a share of each moment. The factor of a bond is
+ * a bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
  *
  * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
  * image get the same bits.
@@ -4736,7 +4736,8 @@ typedef struct pdi_mend {
 
 /* share [count][PD_MEND_MOMENTS], zero where families are whole. One sweep over the bonds of the others at a time. */
 PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *mend, double *share);
-/* Factor of a bond along xi whose ends have these shares, between 1/8 and 8. Both ends get the same bits; 1: no shares. */
+/* Factor of a bond along xi whose ends have these shares, between 1/8 and 8; 1: no shares. Both ends get the same
+ * bits. */
 PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const double *other, const double *xi);
 #endif
 
@@ -4758,7 +4759,7 @@ PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const dou
 
 /* What makes up for the bonds that cut families lack. */
 typedef enum pd_microelastic_surface {
-    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that the moments of families are those of the bulk (8.8a); 1D: energy */
+    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that moments of families are those of the bulk (8.8a); 1D: energy */
     PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
     PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
     PD_MICROELASTIC_NONE         /* nothing */
@@ -29534,8 +29535,9 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #define PDI_MEND_SWEEPS 200
 /* A family whose moments are off by less is whole. */
 #define PDI_MEND_WHOLE 1e-6
-/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to multiples
- * of 2^-8: shares are no more exact, and of points that follow each other they are the same, as bands want them. */
+/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to
+ * multiples of 2^-8: shares are no more exact, and points that follow each other have the same ones more often, as
+ * bands want them. */
 #define PDI_MEND_GRID 6144.0
 #define PDI_MEND_COARSE 26388279066624.0
 
@@ -29854,7 +29856,7 @@ static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double 
     for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* Their factors, by the parts or the shares of both ends; returns a bound of sum w/r n n V: the largest sum of a row. */
+/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest sum of a row. */
 static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
                                     const double *part, int32_t i)
 {

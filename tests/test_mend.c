@@ -180,7 +180,8 @@ TEST(slanted)
             young[way] = sum / (20.0 * cells);
             end(c);
         }
-        NOTE("%d cells along a diagonal: energy by moments %.4f, by energy %.4f of the bulk", cells, young[0], young[1]);
+        NOTE("%d cells along a diagonal: by moments %.4f, by energy %.4f of the energy of the bulk", cells, young[0],
+             young[1]);
         CHECK(fabs(young[0] - 1.0) < 0.7 * fabs(young[1] - 1.0));
     }
 }

@@ -19,8 +19,9 @@
 #define PDI_MEND_SWEEPS 200
 /* A family whose moments are off by less is whole. */
 #define PDI_MEND_WHOLE 1e-6
-/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to multiples
- * of 2^-8: shares are no more exact, and of points that follow each other they are the same, as bands want them. */
+/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to
+ * multiples of 2^-8: shares are no more exact, and points that follow each other have the same ones more often, as
+ * bands want them. */
 #define PDI_MEND_GRID 6144.0
 #define PDI_MEND_COARSE 26388279066624.0
 

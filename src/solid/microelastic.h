@@ -16,7 +16,7 @@
 
 /* What makes up for the bonds that cut families lack. */
 typedef enum pd_microelastic_surface {
-    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that the moments of families are those of the bulk (8.8a); 1D: energy */
+    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that moments of families are those of the bulk (8.8a); 1D: energy */
     PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
     PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
     PD_MICROELASTIC_NONE         /* nothing */
