@@ -114,7 +114,7 @@ static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double 
     for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest sum of a row. */
+/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
 static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
                                     const double *part, int32_t i)
 {
