@@ -113,6 +113,7 @@
  *     relaxation displacements of a body at rest by damped motion, a fallback for Newton's method.
  *     crack      J integral of a crack and the place of its tip, from displacements of any material.
  *     springs    forces of bonds that are springs, for many points at a time, and which of them break.
+ *     mend       factors of springs in families that a surface cuts, by moments of these families.
  *     microelastic bond-based material: a bond is a spring, and breaks at a critical stretch.
  *     verlet     a body of any material in motion, by velocity Verlet.
  *     ordinary   linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
@@ -3897,7 +3898,7 @@ static inline double pdi_solid_mises(const double *stress, double normal, double
 /* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
  *
  * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
- * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8).
+ * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8e).
  */
 #ifndef PD_WEIGH_H
 #define PD_WEIGH_H
@@ -4709,6 +4710,42 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_sprin
 
 #endif
 
+/* ======== >>solid/mend.h ======== */
+/* mend: factors of springs in families that a surface cuts, by moments of these families.
+ *
+ * Each family has moments f(n): the energies of strains along the axes, the products n_a n_b, and what of n n n has no
+ * trace. Factors of bonds give them the values of a whole family: then a uniform stress is in balance at a free surface
+ * of any direction, and energies are those of the bulk. Each point has a share of each moment. The factor of a bond is
+ * a bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
+ *
+ * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
+ * image get the same bits.
+ */
+#ifndef PD_MEND_H
+#define PD_MEND_H
+
+/* Energies along the axes, products of two axes, tensors of third order without a trace. */
+enum {
+    PD_MEND_PRODUCTS = PD_DIM * (PD_DIM - 1) / 2,
+    PD_MEND_MOMENTS = PD_DIM + PD_MEND_PRODUCTS + (PD_DIM == 1 ? 0 : PD_DIM == 2 ? 2 : 7)
+};
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_mend {
+    const pd_springs *springs; /* weights without factors */
+    double axis;               /* [m^(d+1)] sum w r n_0^4 V of a whole family */
+    double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
+} pdi_mend;
+
+/* share [count][PD_MEND_MOMENTS], zero where families are whole. One sweep over the bonds of the others at a time. */
+PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *mend, double *share);
+/* Factor of a bond along xi whose ends have these shares, between 1/8 and 8; 1: no shares. Both ends get the same
+ * bits. */
+PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const double *other, const double *xi);
+#endif
+
+#endif
+
 /* ======== >>solid/microelastic.h ======== */
 /* microelastic: bond-based material: a bond is a spring, and breaks at a critical stretch.
  *
@@ -4717,16 +4754,26 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_sprin
  * integrals over a ball: the Young modulus of an infinite lattice is exact, it is the same in all directions, and so is
  * the mean energy that a crack takes (theory: 8.2). Poisson's ratio is 1/4, in plane stress 1/3.
  *
- * Sources: Silling and Askari 2005 (prototype microelastic brittle material).
+ * Sources: Silling and Askari 2005 (prototype microelastic brittle material); Le and Bobaru 2018 (energy and volume
+ * methods).
  */
 #ifndef PD_MICROELASTIC_H
 #define PD_MICROELASTIC_H
+
+/* What makes up for the bonds that cut families lack. */
+typedef enum pd_microelastic_surface {
+    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that moments of families are those of the bulk (8.8a); 1D: energy */
+    PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
+    PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
+    PD_MICROELASTIC_NONE         /* nothing */
+} pd_microelastic_surface;
 
 typedef struct pd_microelastic_desc {
     double young;    /* [Pa] E */
     double fracture; /* [J/m2] energy of a crack per area; 0: nothing breaks */
     pd_plane plane;  /* of 2D */
     pd_influence influence;
+    pd_microelastic_surface surface;
 } pd_microelastic_desc;
 
 typedef struct pd_microelastic {
@@ -4736,6 +4783,8 @@ typedef struct pd_microelastic {
     double shear;       /* [-] a: bonds count 1 + a q, q = sum n_a^4 - 3/(d + 2) */
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
+    double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
+    double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
@@ -4748,8 +4797,8 @@ typedef struct pd_microelastic {
 #define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
-/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
- * no spacing. */
+/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus or
+ * a choice out of range, no spacing. */
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
@@ -29538,6 +29587,238 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 #undef PDI_SPRINGS_SMALL
 #undef PDI_SPRINGS_VECTOR
 #undef PDI_SPRINGS_ALL
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>solid/mend.c ======== */
+/* mend: see mend.h */
+#include <math.h>
+#include <string.h>
+
+/* Moments that are missed, for a share of 1: of energies and third order, and of products. The edges of a body miss
+ * products whatever the factors, since all of their bonds lie in one quadrant. */
+#define PDI_MEND_MISS 0.02
+#define PDI_MEND_EDGE 0.2
+/* Logarithm of the largest factor, 8. */
+#define PDI_MEND_BOUND 2.0794415416798357
+/* Part of the last change of shares that a sweep repeats. */
+#define PDI_MEND_AGAIN 0.5
+/* Largest change of a share in a sweep, and of all that ends the sweeps. */
+#define PDI_MEND_STEP 1.0
+#define PDI_MEND_END 1e-2
+#define PDI_MEND_SWEEPS 200
+/* A family whose moments are off by less is whole. */
+#define PDI_MEND_WHOLE 1e-6
+/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to
+ * multiples of 2^-8: shares are no more exact, and points that follow each other have the same ones more often, as
+ * bands want them. */
+#define PDI_MEND_GRID 6144.0
+#define PDI_MEND_COARSE 26388279066624.0
+
+enum { PDI_MEND_PACKED = PD_MEND_MOMENTS * (PD_MEND_MOMENTS + 1) / 2 };
+
+/* ---- moments ---- */
+
+static inline double pdi_mend_round(double x, double grid) { return x + grid - grid; }
+
+/* Moments of the bond xi, and r [m]. */
+static inline double pdi_mend_moments(const pdi_mend *o, const double *xi, double *f)
+{
+    double r = sqrt(pdi_vec_dot(xi, xi)), near = o->length / r, n[PD_DIM], s[PD_DIM];
+    double *product = f + PD_DIM, *third = product + PD_MEND_PRODUCTS;
+    for (int d = 0; d < PD_DIM; d++) {
+        n[d] = xi[d] / r;
+        s[d] = n[d] * n[d];
+        f[d] = s[d] * s[d];
+    }
+    for (int d = 1; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) *product++ = n[d] * n[e];
+    for (int d = 0; d < PD_DIM && PD_DIM > 1; d++) {
+        double next = s[(d + 1) % PD_DIM], last = s[(d + PD_DIM - 1) % PD_DIM];
+        *third++ = near * n[d] * (PD_DIM == 2 ? s[d] - 3.0 * next : 2.0 * s[d] - 3.0 * (next + last));
+        if (PD_DIM == 3) *third++ = near * n[d] * (next - last);
+    }
+    if (PD_DIM == 3) *third = near * n[0] * n[PD_DIM / 2] * n[PD_DIM - 1];
+    return r;
+}
+
+/* Shares times moments. The other end sees the bond along -xi: third order turns its sign. */
+static inline double pdi_mend_power(const double *share, const double *f, double sign)
+{
+    double even = 0.0, odd = 0.0;
+    for (int k = 0; k < PD_DIM + PD_MEND_PRODUCTS; k++) even += share[k] * f[k];
+    for (int k = PD_DIM + PD_MEND_PRODUCTS; k < PD_MEND_MOMENTS; k++) odd += share[k] * f[k];
+    return even + sign * odd;
+}
+
+/* Factor at z, the sum of both ends, and its derivative. */
+static inline double pdi_mend_exp(double z, double *slope)
+{
+    double flat = 1.0 / sqrt(1.0 + z * z / (PDI_MEND_BOUND * PDI_MEND_BOUND)), factor = exp(z * flat);
+    *slope = factor * (flat * flat * flat);
+    return factor;
+}
+
+PDI_FN double pdi_mend_factor(const pdi_mend *o, const double *own, const double *other, const double *xi)
+{
+    double f[PD_MEND_MOMENTS], slope;
+    pdi_mend_moments(o, xi, f);
+    return pdi_mend_exp(pdi_mend_power(own, f, 1.0) + pdi_mend_power(other, f, -1.0), &slope);
+}
+
+/* ---- shares ---- */
+
+static inline double pdi_mend_cost(int k)
+{
+    return k >= PD_DIM && k < PD_DIM + PD_MEND_PRODUCTS ? PDI_MEND_EDGE : PDI_MEND_MISS;
+}
+
+/* What the moments of point i lack, less what its shares may miss, and, not NULL, the matrix of (8.8d). */
+static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, double *gap, double *matrix)
+{
+    enum { all = PD_MEND_MOMENTS };
+    const pd_body *body = o->springs->body;
+    const double *own = share + (int64_t)i * all;
+    for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
+    for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], f[all], slope;
+        int32_t j = body->column[b];
+        pdi_springs_bond(o->springs, i, b, xi);
+        double part = (double)o->springs->weight[b] * body->volume[j] * pdi_mend_moments(o, xi, f) / o->axis;
+        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
+        double factor = part * pdi_mend_exp(z, &slope);
+        slope *= part;
+        for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);
+        for (int k = 0; k < all && matrix; k++)
+            for (int n = 0; n <= k; n++) matrix[k * all + n] += pdi_mend_round(slope * f[k] * f[n], PDI_MEND_GRID);
+    }
+}
+
+/* Cholesky's factor of twice the matrix, since the other ends move, too, into factor, its rows one after another. */
+static void pdi_mend_factorize(double *matrix, float *factor)
+{
+    enum { all = PD_MEND_MOMENTS };
+    double least[all];
+    for (int k = 0; k < all; k++) {
+        for (int n = 0; n <= k; n++) matrix[k * all + n] *= 2.0;
+        matrix[k * all + k] += pdi_mend_cost(k);
+        least[k] = 0.0;
+    }
+    pdi_vec_factor(all, all, least, matrix); /* its pivots are at least the costs */
+    for (int k = 0; k < all; k++)
+        for (int n = 0; n <= k; n++) *factor++ = (float)matrix[k * all + n];
+}
+
+static void pdi_mend_solve(const float *factor, double *x)
+{
+    const float *row = factor;
+    for (int r = 0; r < PD_MEND_MOMENTS; row += ++r) {
+        for (int k = 0; k < r; k++) x[r] -= (double)row[k] * x[k];
+        x[r] /= (double)row[r];
+    }
+    for (int r = PD_MEND_MOMENTS - 1; r >= 0; r--) {
+        row -= r + 1;
+        x[r] /= (double)row[r];
+        for (int k = 0; k < r; k++) x[k] -= (double)row[k] * x[r];
+    }
+}
+
+/* Newton's step of the shares of point i alone. fresh: with a factor of its own. */
+static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int fresh, float *factor, double *change)
+{
+    enum { all = PD_MEND_MOMENTS };
+    double gap[all], matrix[all * all], most = 0.0;
+    pdi_mend_gap(o, share, i, gap, fresh ? matrix : NULL);
+    if (fresh) pdi_mend_factorize(matrix, factor);
+    pdi_mend_solve(factor, gap);
+    for (int k = 0; k < all; k++) most = fmax(most, fabs(gap[k]));
+    double part = most > PDI_MEND_STEP ? PDI_MEND_STEP / most : 1.0;
+    for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
+}
+
+/* Points whose families are not whole, into cut [count]. Returns how many. */
+static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *share, int32_t *cut)
+{
+    const pd_body *body = o->springs->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int32_t found = 0;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double gap[PD_MEND_MOMENTS], most = 0.0;
+        pdi_mend_gap(o, share, i, gap, NULL);
+        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = fmax(most, fabs(gap[k]));
+        cut[i] = most > PDI_MEND_WHOLE;
+    }
+    for (int32_t i = 0; i < body->count; i++)
+        if (cut[i]) cut[found++] = i;
+    return found;
+}
+
+/* All of them at a time, until they settle. Factors are found anew less and less often. */
+static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t *cut, int32_t cuts, float *factor,
+                            double *change, double *share)
+{
+    enum { all = PD_MEND_MOMENTS, packed = PDI_MEND_PACKED };
+    const pd_body *body = o->springs->body;
+    int nt = pdi_par_threads(ctx, body->bonds / body->count * cuts * 150);
+    (void)nt;
+    for (int sweep = 0; sweep < PDI_MEND_SWEEPS; sweep++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t p = 0; p < cuts; p++)
+            pdi_mend_step(o, share, cut[p], (sweep & (sweep - 1)) == 0, factor + (int64_t)p * packed,
+                          change + (int64_t)p * all);
+        for (int32_t p = 0; p < cuts; p++)
+            for (int k = 0; k < all; k++) share[(int64_t)cut[p] * all + k] += change[(int64_t)p * all + k];
+        if (!(pdi_par_max_abs(ctx, (int64_t)cuts * all, change) > PDI_MEND_END)) break;
+    }
+    for (int64_t k = 0; k < (int64_t)body->count * all; k++) share[k] = pdi_mend_round(share[k], PDI_MEND_COARSE);
+}
+
+PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
+{
+    int32_t count = o->springs->body->count, *cut = NULL;
+    double *change = NULL;
+    float *factor = NULL;
+    pdi_par_zero(ctx, (int64_t)count * PD_MEND_MOMENTS, share);
+    PDI_TRY(PDI_NEW(ctx, "mend", count, cut));
+    int32_t cuts = pdi_mend_cut(ctx, o, share, cut);
+    int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_MEND_MOMENTS, wide = room / PD_MEND_MOMENTS * PDI_MEND_PACKED;
+    pd_status status = PDI_NEW(ctx, "mend", room, change);
+    if (status == PD_OK) status = PDI_NEW(ctx, "mend", wide, factor);
+    if (status == PD_OK) {
+        pdi_par_zero(ctx, room, change);
+        pdi_mend_settle(ctx, o, cut, cuts, factor, change, share);
+    }
+    PDI_DELETE(ctx, wide, factor);
+    PDI_DELETE(ctx, room, change);
+    PDI_DELETE(ctx, count, cut);
+    return status;
+}
+
+#undef PDI_MEND_MISS
+#undef PDI_MEND_EDGE
+#undef PDI_MEND_BOUND
+#undef PDI_MEND_AGAIN
+#undef PDI_MEND_STEP
+#undef PDI_MEND_END
+#undef PDI_MEND_SWEEPS
+#undef PDI_MEND_WHOLE
+#undef PDI_MEND_GRID
+#undef PDI_MEND_COARSE
+#endif /* cut */
+
+#if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
+#endif
 
 /* ======== >>solid/microelastic.c ======== */
 /* microelastic: see microelastic.h */
@@ -29551,9 +29832,11 @@ PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_swe
 typedef struct pdi_microelastic_sums {
     double axis;   /* [m^(d+1)] sum w r n_0^4 V */
     double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    double stretch; /* [m^(d+1)] sum w r V */
     double square; /* [m^(d+2)] sum w r^2 V */
     double over;   /* [m^(d-1)] sum w/r V */
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
+    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
 } pdi_microelastic_sums;
 
 /* With the weights, or with the influence times q. */
@@ -29571,9 +29854,11 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
         weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
+        s->stretch += weight * r;
         s->square += weight * square;
         s->over += weight / r;
         s->crack += weight * r * fabs(along);
+        s->volume += volume * pdi_body_weight(m->body, PD_INFLUENCE_CONSTANT, xi);
     }
 }
 
@@ -29588,7 +29873,7 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * s.over));
+    return sqrt(2.0 * density / (m->modulus * fmax(s.over, m->stiffest)));
 }
 
 static double pdi_microelastic_crack_of(const void *self, const double *n)
@@ -29599,8 +29884,11 @@ static double pdi_microelastic_crack_of(const void *self, const double *n)
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
+    int64_t count = microelastic->body ? microelastic->body->count : 0;
+    if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
+        PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
-    PDI_ARRAY(owner, microelastic, at, microelastic->body ? (int64_t)microelastic->body->count * PD_DIM : 0, "m");
+    PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
@@ -29622,39 +29910,86 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
 }
 
-/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018: the energy method; theory: eq. 8.8). */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
+/* ---- weights ---- */
+
+/* Weights of the bonds of point i, of a whole family; part [PD_DIM]: what it has along each axis, or of volume. */
+static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
-    pdi_microelastic_sums whole;
-    double *stiffness = NULL;
-    PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
-    pdi_microelastic_sum(m, 0, NULL, &whole);
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_sum sum[PD_DIM];
-        memset(sum, 0, sizeof sum);
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double xi[PD_DIM];
-            pdi_springs_bond(&m->springs, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, xi);
-            double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
-            for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
-            m->weight[b] = (float)weight;
-        }
-        for (int a = 0; a < PD_DIM; a++) stiffness[(int64_t)i * PD_DIM + a] = pdi_sum_total(&sum[a]);
+    pdi_sum sum[PD_DIM];
+    memset(sum, 0, sizeof sum);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_springs_bond(&m->springs, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
+        weight *= pdi_body_weight(body, m->desc.influence, xi);
+        m->weight[b] = (float)weight;
+        if (!part) continue;
+        double share = weight * volume / (square * sqrt(square));
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        for (int a = 0; a < PD_DIM; a++)
+            pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
+                                                                           : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
+    for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
+}
+
+/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
+static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
+                                    const double *part, int32_t i)
+{
+    const pd_body *body = m->body;
+    double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int64_t j = body->column[b], k = i;
+        double xi[PD_DIM], factor = 1.0;
+        pdi_springs_bond(&m->springs, i, b, xi);
+        if (m->share)
+            factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
+        else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
+            factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
+        else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
+        m->weight[b] = (float)((double)m->weight[b] * factor);
+        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
+    }
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0;
+        for (int c = 0; c < PD_DIM; c++) sum += fabs(stiff[a * PD_DIM + c]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
+ * make up for it (theory: 8.2). first: shares are not known. */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, int first)
+{
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int64_t count = body->count, room = count * (PD_DIM + 1); /* parts, and a bound of each family */
+    pdi_microelastic_sums whole;
+    pdi_mend mend;
+    double *part = NULL;
+    (void)nt;
+    PDI_TRY(PDI_NEW(ctx, "microelastic", room, part));
+    pdi_microelastic_sum(m, 0, NULL, &whole);
+    mend.springs = &m->springs;
+    mend.axis = whole.axis;
+    mend.length = sqrt(whole.stretch / whole.over);
+    int sums = !m->share && m->desc.surface != PD_MICROELASTIC_NONE;
+    PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double xi[PD_DIM];
-            pdi_springs_bond(&m->springs, i, b, xi);
-            double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
-                                             stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
-            m->weight[b] = (float)((double)m->weight[b] * factor);
-        }
-    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
-    return pdi_springs_find(ctx, &m->springs);
+        pdi_microelastic_family(m, i, sums ? part + (int64_t)i * PD_DIM : NULL);
+    pd_status status = m->share && first ? pdi_mend_find(ctx, &mend, m->share) : PD_OK;
+    if (status == PD_OK) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++)
+            part[count * PD_DIM + i] = pdi_microelastic_mend(m, &mend, &whole, sums ? part : NULL, i);
+        m->stiffest = PD_DIM > 1 ? (double)(float)pdi_par_max_abs(ctx, count, part + count * PD_DIM) : 0.0;
+    }
+    PDI_DELETE(ctx, room, part);
+    return status == PD_OK ? pdi_springs_find(ctx, &m->springs) : status;
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -29666,12 +30001,15 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
                         "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
                         desc->young, desc->fracture, body->spacing);
+    if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
+                        (int)desc->surface, (int)PD_MICROELASTIC_NONE);
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
     PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
     pdi_microelastic_calibrate(m);
-    return pdi_microelastic_weigh(ctx, m);
+    return pdi_microelastic_weigh(ctx, m, 1);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -29844,7 +30182,7 @@ static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const 
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
+    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self, 0);
 }
 
 static double pdi_microelastic_solid_limit(const void *self, double density)
@@ -29857,7 +30195,7 @@ static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archiv
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
+    return archive->reading ? pdi_microelastic_weigh(ctx, m, 0) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)

@@ -12,9 +12,11 @@
 typedef struct pdi_microelastic_sums {
     double axis;   /* [m^(d+1)] sum w r n_0^4 V */
     double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    double stretch; /* [m^(d+1)] sum w r V */
     double square; /* [m^(d+2)] sum w r^2 V */
     double over;   /* [m^(d-1)] sum w/r V */
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
+    double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
 } pdi_microelastic_sums;
 
 /* With the weights, or with the influence times q. */
@@ -32,9 +34,11 @@ static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const doub
         weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
         s->off += weight * (first * first - 3.0 * first * second) / (square * r);
+        s->stretch += weight * r;
         s->square += weight * square;
         s->over += weight / r;
         s->crack += weight * r * fabs(along);
+        s->volume += volume * pdi_body_weight(m->body, PD_INFLUENCE_CONSTANT, xi);
     }
 }
 
@@ -49,7 +53,7 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * s.over));
+    return sqrt(2.0 * density / (m->modulus * fmax(s.over, m->stiffest)));
 }
 
 static double pdi_microelastic_crack_of(const void *self, const double *n)
@@ -60,8 +64,11 @@ static double pdi_microelastic_crack_of(const void *self, const double *n)
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
+    int64_t count = microelastic->body ? microelastic->body->count : 0;
+    if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
+        PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
     PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
-    PDI_ARRAY(owner, microelastic, at, microelastic->body ? (int64_t)microelastic->body->count * PD_DIM : 0, "m");
+    PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
@@ -83,39 +90,86 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
 }
 
-/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018: the energy method; theory: eq. 8.8). */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m)
+/* ---- weights ---- */
+
+/* Weights of the bonds of point i, of a whole family; part [PD_DIM]: what it has along each axis, or of volume. */
+static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
-    pdi_microelastic_sums whole;
-    double *stiffness = NULL;
-    PDI_TRY(PDI_NEW(ctx, "microelastic", (int64_t)body->count * PD_DIM, stiffness));
-    pdi_microelastic_sum(m, 0, NULL, &whole);
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_sum sum[PD_DIM];
-        memset(sum, 0, sizeof sum);
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double xi[PD_DIM];
-            pdi_springs_bond(&m->springs, i, b, xi);
-            double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
-            weight *= pdi_body_weight(body, m->desc.influence, xi);
-            double share = weight * body->volume[body->column[b]] / (square * sqrt(square));
-            for (int a = 0; a < PD_DIM; a++) pdi_sum_add(&sum[a], share * xi[a] * xi[a] * xi[a] * xi[a]);
-            m->weight[b] = (float)weight;
-        }
-        for (int a = 0; a < PD_DIM; a++) stiffness[(int64_t)i * PD_DIM + a] = pdi_sum_total(&sum[a]);
+    pdi_sum sum[PD_DIM];
+    memset(sum, 0, sizeof sum);
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], volume = body->volume[body->column[b]];
+        pdi_springs_bond(&m->springs, i, b, xi);
+        double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
+        weight *= pdi_body_weight(body, m->desc.influence, xi);
+        m->weight[b] = (float)weight;
+        if (!part) continue;
+        double share = weight * volume / (square * sqrt(square));
+        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        for (int a = 0; a < PD_DIM; a++)
+            pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
+                                                                           : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
+    for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
+}
+
+/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
+static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
+                                    const double *part, int32_t i)
+{
+    const pd_body *body = m->body;
+    double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        int64_t j = body->column[b], k = i;
+        double xi[PD_DIM], factor = 1.0;
+        pdi_springs_bond(&m->springs, i, b, xi);
+        if (m->share)
+            factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
+        else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
+            factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
+        else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
+        m->weight[b] = (float)((double)m->weight[b] * factor);
+        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+        for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
+    }
+    for (int a = 0; a < PD_DIM; a++) {
+        double sum = 0.0;
+        for (int c = 0; c < PD_DIM; c++) sum += fabs(stiff[a * PD_DIM + c]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
+ * make up for it (theory: 8.2). first: shares are not known. */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, int first)
+{
+    const pd_body *body = m->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int64_t count = body->count, room = count * (PD_DIM + 1); /* parts, and a bound of each family */
+    pdi_microelastic_sums whole;
+    pdi_mend mend;
+    double *part = NULL;
+    (void)nt;
+    PDI_TRY(PDI_NEW(ctx, "microelastic", room, part));
+    pdi_microelastic_sum(m, 0, NULL, &whole);
+    mend.springs = &m->springs;
+    mend.axis = whole.axis;
+    mend.length = sqrt(whole.stretch / whole.over);
+    int sums = !m->share && m->desc.surface != PD_MICROELASTIC_NONE;
+    PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double xi[PD_DIM];
-            pdi_springs_bond(&m->springs, i, b, xi);
-            double factor = pdi_weigh_factor(stiffness + (int64_t)i * PD_DIM,
-                                             stiffness + (int64_t)body->column[b] * PD_DIM, xi, whole.axis);
-            m->weight[b] = (float)((double)m->weight[b] * factor);
-        }
-    PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, stiffness);
-    return pdi_springs_find(ctx, &m->springs);
+        pdi_microelastic_family(m, i, sums ? part + (int64_t)i * PD_DIM : NULL);
+    pd_status status = m->share && first ? pdi_mend_find(ctx, &mend, m->share) : PD_OK;
+    if (status == PD_OK) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < body->count; i++)
+            part[count * PD_DIM + i] = pdi_microelastic_mend(m, &mend, &whole, sums ? part : NULL, i);
+        m->stiffest = PD_DIM > 1 ? (double)(float)pdi_par_max_abs(ctx, count, part + count * PD_DIM) : 0.0;
+    }
+    PDI_DELETE(ctx, room, part);
+    return status == PD_OK ? pdi_springs_find(ctx, &m->springs) : status;
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -127,12 +181,15 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
                         "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
                         desc->young, desc->fracture, body->spacing);
+    if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
+                        (int)desc->surface, (int)PD_MICROELASTIC_NONE);
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
     PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
     pdi_microelastic_calibrate(m);
-    return pdi_microelastic_weigh(ctx, m);
+    return pdi_microelastic_weigh(ctx, m, 1);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -305,7 +362,7 @@ static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const 
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self);
+    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self, 0);
 }
 
 static double pdi_microelastic_solid_limit(const void *self, double density)
@@ -318,7 +375,7 @@ static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archiv
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m) : PD_OK;
+    return archive->reading ? pdi_microelastic_weigh(ctx, m, 0) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)

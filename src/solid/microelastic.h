@@ -5,19 +5,29 @@
  * integrals over a ball: the Young modulus of an infinite lattice is exact, it is the same in all directions, and so is
  * the mean energy that a crack takes (theory: 8.2). Poisson's ratio is 1/4, in plane stress 1/3.
  *
- * Sources: Silling and Askari 2005 (prototype microelastic brittle material).
+ * Sources: Silling and Askari 2005 (prototype microelastic brittle material); Le and Bobaru 2018 (energy and volume
+ * methods).
  */
 #ifndef PD_MICROELASTIC_H
 #define PD_MICROELASTIC_H
 #include "solid/elastic.h"
+#include "solid/mend.h"
 #include "solid/solid.h"
-#include "solid/springs.h"
+
+/* What makes up for the bonds that cut families lack. */
+typedef enum pd_microelastic_surface {
+    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that moments of families are those of the bulk (8.8a); 1D: energy */
+    PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
+    PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
+    PD_MICROELASTIC_NONE         /* nothing */
+} pd_microelastic_surface;
 
 typedef struct pd_microelastic_desc {
     double young;    /* [Pa] E */
     double fracture; /* [J/m2] energy of a crack per area; 0: nothing breaks */
     pd_plane plane;  /* of 2D */
     pd_influence influence;
+    pd_microelastic_surface surface;
 } pd_microelastic_desc;
 
 typedef struct pd_microelastic {
@@ -27,6 +37,8 @@ typedef struct pd_microelastic {
     double shear;       /* [-] a: bonds count 1 + a q, q = sum n_a^4 - 3/(d + 2) */
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
+    double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
+    double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
     float *weight;      /* [bonds] [-] w; 0: the bond is broken */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
@@ -39,8 +51,8 @@ typedef struct pd_microelastic {
 #define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
-/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus out of range,
- * no spacing. */
+/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus or
+ * a choice out of range, no spacing. */
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical

@@ -1,7 +1,7 @@
 /* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
  *
  * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
- * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8).
+ * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8e).
  */
 #ifndef PD_WEIGH_H
 #define PD_WEIGH_H

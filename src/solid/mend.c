@@ -1,0 +1,219 @@
+/* mend: see mend.h */
+#include "solid/mend.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Moments that are missed, for a share of 1: of energies and third order, and of products. The edges of a body miss
+ * products whatever the factors, since all of their bonds lie in one quadrant. */
+#define PDI_MEND_MISS 0.02
+#define PDI_MEND_EDGE 0.2
+/* Logarithm of the largest factor, 8. */
+#define PDI_MEND_BOUND 2.0794415416798357
+/* Part of the last change of shares that a sweep repeats. */
+#define PDI_MEND_AGAIN 0.5
+/* Largest change of a share in a sweep, and of all that ends the sweeps. */
+#define PDI_MEND_STEP 1.0
+#define PDI_MEND_END 1e-2
+#define PDI_MEND_SWEEPS 200
+/* A family whose moments are off by less is whole. */
+#define PDI_MEND_WHOLE 1e-6
+/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to
+ * multiples of 2^-8: shares are no more exact, and points that follow each other have the same ones more often, as
+ * bands want them. */
+#define PDI_MEND_GRID 6144.0
+#define PDI_MEND_COARSE 26388279066624.0
+
+enum { PDI_MEND_PACKED = PD_MEND_MOMENTS * (PD_MEND_MOMENTS + 1) / 2 };
+
+/* ---- moments ---- */
+
+static inline double pdi_mend_round(double x, double grid) { return x + grid - grid; }
+
+/* Moments of the bond xi, and r [m]. */
+static inline double pdi_mend_moments(const pdi_mend *o, const double *xi, double *f)
+{
+    double r = sqrt(pdi_vec_dot(xi, xi)), near = o->length / r, n[PD_DIM], s[PD_DIM];
+    double *product = f + PD_DIM, *third = product + PD_MEND_PRODUCTS;
+    for (int d = 0; d < PD_DIM; d++) {
+        n[d] = xi[d] / r;
+        s[d] = n[d] * n[d];
+        f[d] = s[d] * s[d];
+    }
+    for (int d = 1; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) *product++ = n[d] * n[e];
+    for (int d = 0; d < PD_DIM && PD_DIM > 1; d++) {
+        double next = s[(d + 1) % PD_DIM], last = s[(d + PD_DIM - 1) % PD_DIM];
+        *third++ = near * n[d] * (PD_DIM == 2 ? s[d] - 3.0 * next : 2.0 * s[d] - 3.0 * (next + last));
+        if (PD_DIM == 3) *third++ = near * n[d] * (next - last);
+    }
+    if (PD_DIM == 3) *third = near * n[0] * n[PD_DIM / 2] * n[PD_DIM - 1];
+    return r;
+}
+
+/* Shares times moments. The other end sees the bond along -xi: third order turns its sign. */
+static inline double pdi_mend_power(const double *share, const double *f, double sign)
+{
+    double even = 0.0, odd = 0.0;
+    for (int k = 0; k < PD_DIM + PD_MEND_PRODUCTS; k++) even += share[k] * f[k];
+    for (int k = PD_DIM + PD_MEND_PRODUCTS; k < PD_MEND_MOMENTS; k++) odd += share[k] * f[k];
+    return even + sign * odd;
+}
+
+/* Factor at z, the sum of both ends, and its derivative. */
+static inline double pdi_mend_exp(double z, double *slope)
+{
+    double flat = 1.0 / sqrt(1.0 + z * z / (PDI_MEND_BOUND * PDI_MEND_BOUND)), factor = exp(z * flat);
+    *slope = factor * (flat * flat * flat);
+    return factor;
+}
+
+PDI_FN double pdi_mend_factor(const pdi_mend *o, const double *own, const double *other, const double *xi)
+{
+    double f[PD_MEND_MOMENTS], slope;
+    pdi_mend_moments(o, xi, f);
+    return pdi_mend_exp(pdi_mend_power(own, f, 1.0) + pdi_mend_power(other, f, -1.0), &slope);
+}
+
+/* ---- shares ---- */
+
+static inline double pdi_mend_cost(int k)
+{
+    return k >= PD_DIM && k < PD_DIM + PD_MEND_PRODUCTS ? PDI_MEND_EDGE : PDI_MEND_MISS;
+}
+
+/* What the moments of point i lack, less what its shares may miss, and, not NULL, the matrix of (8.8d). */
+static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, double *gap, double *matrix)
+{
+    enum { all = PD_MEND_MOMENTS };
+    const pd_body *body = o->springs->body;
+    const double *own = share + (int64_t)i * all;
+    for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
+    for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
+    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+        double xi[PD_DIM], f[all], slope;
+        int32_t j = body->column[b];
+        pdi_springs_bond(o->springs, i, b, xi);
+        double part = (double)o->springs->weight[b] * body->volume[j] * pdi_mend_moments(o, xi, f) / o->axis;
+        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
+        double factor = part * pdi_mend_exp(z, &slope);
+        slope *= part;
+        for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);
+        for (int k = 0; k < all && matrix; k++)
+            for (int n = 0; n <= k; n++) matrix[k * all + n] += pdi_mend_round(slope * f[k] * f[n], PDI_MEND_GRID);
+    }
+}
+
+/* Cholesky's factor of twice the matrix, since the other ends move, too, into factor, its rows one after another. */
+static void pdi_mend_factorize(double *matrix, float *factor)
+{
+    enum { all = PD_MEND_MOMENTS };
+    double least[all];
+    for (int k = 0; k < all; k++) {
+        for (int n = 0; n <= k; n++) matrix[k * all + n] *= 2.0;
+        matrix[k * all + k] += pdi_mend_cost(k);
+        least[k] = 0.0;
+    }
+    pdi_vec_factor(all, all, least, matrix); /* its pivots are at least the costs */
+    for (int k = 0; k < all; k++)
+        for (int n = 0; n <= k; n++) *factor++ = (float)matrix[k * all + n];
+}
+
+static void pdi_mend_solve(const float *factor, double *x)
+{
+    const float *row = factor;
+    for (int r = 0; r < PD_MEND_MOMENTS; row += ++r) {
+        for (int k = 0; k < r; k++) x[r] -= (double)row[k] * x[k];
+        x[r] /= (double)row[r];
+    }
+    for (int r = PD_MEND_MOMENTS - 1; r >= 0; r--) {
+        row -= r + 1;
+        x[r] /= (double)row[r];
+        for (int k = 0; k < r; k++) x[k] -= (double)row[k] * x[r];
+    }
+}
+
+/* Newton's step of the shares of point i alone. fresh: with a factor of its own. */
+static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int fresh, float *factor, double *change)
+{
+    enum { all = PD_MEND_MOMENTS };
+    double gap[all], matrix[all * all], most = 0.0;
+    pdi_mend_gap(o, share, i, gap, fresh ? matrix : NULL);
+    if (fresh) pdi_mend_factorize(matrix, factor);
+    pdi_mend_solve(factor, gap);
+    for (int k = 0; k < all; k++) most = fmax(most, fabs(gap[k]));
+    double part = most > PDI_MEND_STEP ? PDI_MEND_STEP / most : 1.0;
+    for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
+}
+
+/* Points whose families are not whole, into cut [count]. Returns how many. */
+static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *share, int32_t *cut)
+{
+    const pd_body *body = o->springs->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 50);
+    int32_t found = 0;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double gap[PD_MEND_MOMENTS], most = 0.0;
+        pdi_mend_gap(o, share, i, gap, NULL);
+        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = fmax(most, fabs(gap[k]));
+        cut[i] = most > PDI_MEND_WHOLE;
+    }
+    for (int32_t i = 0; i < body->count; i++)
+        if (cut[i]) cut[found++] = i;
+    return found;
+}
+
+/* All of them at a time, until they settle. Factors are found anew less and less often. */
+static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t *cut, int32_t cuts, float *factor,
+                            double *change, double *share)
+{
+    enum { all = PD_MEND_MOMENTS, packed = PDI_MEND_PACKED };
+    const pd_body *body = o->springs->body;
+    int nt = pdi_par_threads(ctx, body->bonds / body->count * cuts * 150);
+    (void)nt;
+    for (int sweep = 0; sweep < PDI_MEND_SWEEPS; sweep++) {
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t p = 0; p < cuts; p++)
+            pdi_mend_step(o, share, cut[p], (sweep & (sweep - 1)) == 0, factor + (int64_t)p * packed,
+                          change + (int64_t)p * all);
+        for (int32_t p = 0; p < cuts; p++)
+            for (int k = 0; k < all; k++) share[(int64_t)cut[p] * all + k] += change[(int64_t)p * all + k];
+        if (!(pdi_par_max_abs(ctx, (int64_t)cuts * all, change) > PDI_MEND_END)) break;
+    }
+    for (int64_t k = 0; k < (int64_t)body->count * all; k++) share[k] = pdi_mend_round(share[k], PDI_MEND_COARSE);
+}
+
+PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *o, double *share)
+{
+    int32_t count = o->springs->body->count, *cut = NULL;
+    double *change = NULL;
+    float *factor = NULL;
+    pdi_par_zero(ctx, (int64_t)count * PD_MEND_MOMENTS, share);
+    PDI_TRY(PDI_NEW(ctx, "mend", count, cut));
+    int32_t cuts = pdi_mend_cut(ctx, o, share, cut);
+    int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_MEND_MOMENTS, wide = room / PD_MEND_MOMENTS * PDI_MEND_PACKED;
+    pd_status status = PDI_NEW(ctx, "mend", room, change);
+    if (status == PD_OK) status = PDI_NEW(ctx, "mend", wide, factor);
+    if (status == PD_OK) {
+        pdi_par_zero(ctx, room, change);
+        pdi_mend_settle(ctx, o, cut, cuts, factor, change, share);
+    }
+    PDI_DELETE(ctx, wide, factor);
+    PDI_DELETE(ctx, room, change);
+    PDI_DELETE(ctx, count, cut);
+    return status;
+}
+
+#undef PDI_MEND_MISS
+#undef PDI_MEND_EDGE
+#undef PDI_MEND_BOUND
+#undef PDI_MEND_AGAIN
+#undef PDI_MEND_STEP
+#undef PDI_MEND_END
+#undef PDI_MEND_SWEEPS
+#undef PDI_MEND_WHOLE
+#undef PDI_MEND_GRID
+#undef PDI_MEND_COARSE

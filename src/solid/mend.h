@@ -1,0 +1,35 @@
+/* mend: factors of springs in families that a surface cuts, by moments of these families.
+ *
+ * Each family has moments f(n): the energies of strains along the axes, the products n_a n_b, and what of n n n has no
+ * trace. Factors of bonds give them the values of a whole family: then a uniform stress is in balance at a free surface
+ * of any direction, and energies are those of the bulk. Each point has a share of each moment. The factor of a bond is
+ * a bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
+ *
+ * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
+ * image get the same bits.
+ */
+#ifndef PD_MEND_H
+#define PD_MEND_H
+#include "solid/springs.h"
+
+/* Energies along the axes, products of two axes, tensors of third order without a trace. */
+enum {
+    PD_MEND_PRODUCTS = PD_DIM * (PD_DIM - 1) / 2,
+    PD_MEND_MOMENTS = PD_DIM + PD_MEND_PRODUCTS + (PD_DIM == 1 ? 0 : PD_DIM == 2 ? 2 : 7)
+};
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_mend {
+    const pd_springs *springs; /* weights without factors */
+    double axis;               /* [m^(d+1)] sum w r n_0^4 V of a whole family */
+    double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
+} pdi_mend;
+
+/* share [count][PD_MEND_MOMENTS], zero where families are whole. One sweep over the bonds of the others at a time. */
+PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *mend, double *share);
+/* Factor of a bond along xi whose ends have these shares, between 1/8 and 8; 1: no shares. Both ends get the same
+ * bits. */
+PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const double *other, const double *xi);
+#endif
+
+#endif
