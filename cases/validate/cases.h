@@ -8,6 +8,7 @@
 #include "startup.h"
 #include "cylinder.h"
 #include "transport.h"
+#include "rotation.h"
 #include "exchange.h"
 #include "annulus.h"
 #include "turn.h"
@@ -46,6 +47,9 @@ static const val_case *const val_cases[] = {
 #endif
     &diffusion_case,
     &advection_case,
+#if PD_DIM < 3
+    &rotation_case,
+#endif
 #if PD_DIM == 2
     &turn_case,
     &graetz_case,
