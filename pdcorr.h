@@ -72,6 +72,7 @@
  *     least_squares bounded least squares over a few parameters of a function that costs much and has noise: a run.
  *   flow/
  *     scales     how large a flow is and how fast it comes in, from the lattice alone.
+ *     sharp      the flow of fourth order on the nearest neighbours.
  *     flow       peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *     jacobian   the flow equations linearised about the present state, applied in single precision.
  *     force      what a flow does to walls and solids, in two ways that share nothing but the fields.
@@ -2380,6 +2381,68 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid);
 
 #endif
 
+/* ======== >>flow/sharp.h ======== */
+/* sharp: the flow of fourth order on the nearest neighbours.
+ *
+ * Sums over a narrow family err by third and fourth derivatives. Second differences along the axes take these errors
+ * off: node by node from the advecting velocity and from the pressure gradient, face by face from the momentum. At
+ * walls cubics through the wall and three nodes give the second differences. Nodes beside smooth surfaces stay as they
+ * are (theory: eq. 4.6b to 4.6g).
+ */
+#ifndef PD_SHARP_H
+#define PD_SHARP_H
+
+typedef struct pd_sharp {
+    const pd_bonds *bonds;        /* NULL: second order */
+    double third[PD_DIM][PD_DIM]; /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
+    int facing[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
+                                         * other axis those that sink and rise along it; -1: none */
+    uint8_t *calm;                /* [total] 1: fluid beside no smooth surface, and what stands for it */
+    double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
+                                   * step of a solver */
+    double *work;                 /* [PD_DIM][total] [m/s] [m2/s2] velocity behind inlets; of the pressure */
+} pd_sharp;
+
+#ifdef PDI_INTERNAL
+/* A velocity in the sums of momentum. Ghosts are filled. */
+typedef struct pdi_sharp_field {
+    const double *advecting; /* [PD_DIM][total] [m/s] what makes the fluxes of the bonds */
+    const double *v, *bend;  /* [m/s] */
+} pdi_sharp_field;
+
+/* PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or nodes are rings. */
+PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
+PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object);
+/* Which nodes are calm, as the geometry is. */
+PDI_FN void pdi_sharp_update(const pd_sharp *sharp);
+/* Second differences of v [PD_DIM][total] along all axes (eq. 4.6b). wall: velocity of the walls; NULL: at rest. */
+PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
+                           double *bend);
+/* sharpened = v less what the bonds err in the flux of it, at fluid nodes and behind inlets (eq. 4.6c). It holds v. The
+ * tensor of (4.2b) comes on top. */
+PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
+                               double *sharpened);
+/* grad of p at calm nodes (eq. 4.6d). */
+PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p, double *grad);
+/* ru += convection of u by w less friction nu of u, beyond what the bonds give (eq. 4.6e, 4.6f). */
+PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *w,
+                               const pdi_sharp_field *u, double nu, double *ru);
+/* What (3.3) and (3.4) take of the friction of walls. NULL: none. */
+typedef struct pdi_sharp_drive {
+    const double *grad;        /* [PD_DIM][total] [m/s2] of the pressure */
+    const double *force, *body; /* [PD_DIM], [PD_DIM][total] [m/s2] */
+    const double *motion;      /* [PD_DIM][total] [1/m/s] of moving walls */
+} pdi_sharp_drive;
+/* ru += friction nu of flat walls by (4.6g), in the place of that by (3.3) and (3.4). */
+PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *u,
+                               const pdi_sharp_drive *drive, double nu, double *ru);
+/* lap [PD_DIM] [1/m/s] = what walls bring to the Laplacian of v at row r (eq. 4.6g). 1: the row has it. */
+PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap);
+PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp);
+#endif
+
+#endif
+
 /* ======== >>flow/flow.h ======== */
 /* flow: peridynamic Navier-Stokes operator: momentum and continuity residuals, their linearisation, flux sections.
  *
@@ -2406,6 +2469,7 @@ typedef struct pd_flow_desc {
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
+    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -2443,6 +2507,8 @@ typedef struct pd_flow {
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    int order;              /* 4: a solver of steady flows makes `sharp` */
+    pd_sharp sharp;         /* empty: second order */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -2504,8 +2570,9 @@ typedef struct pdi_flow_terms {
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_terms;
 /* advecting velocity = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts
- * are given. */
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting);
+ * are given. bend: second differences of v, which then is sharpened (eq. 4.6c); NULL: second order. */
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+                               double *advecting);
 /* From here on inlets hold their velocity on the side. */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
 /* Ghosts of a velocity, or of a step of one (held 0). */
@@ -2539,6 +2606,10 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 /* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
+/* ru += what fourth order has more of the momentum of u, or of its derivative along a step u, with the advecting
+ * velocity and the pressure gradient of it. */
+PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                             const double *grad, double *ru);
 /* What steps carry on; with all that follows from it after reading. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
 /* The speed of the problem is no less than that of the velocity in flow: the start of a flow in time. */
@@ -7601,6 +7672,7 @@ typedef struct pd_setup {
     double length;          /* [m] reference; 0: width of the inlet */
     double steady;          /* [-] residual */
     pd_motion motion;
+    int flow_order;         /* 2 or 4 */
     pd_expr start[PD_DIM];  /* of x, y, z; in m/s: given flow, or flow or gas at the start */
     double flow_rtol;       /* [-] error of an implicit step */
     int linear;             /* explicit: equation of state p = c0^2 (rho - rho0), else Tait */
@@ -8026,7 +8098,8 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
  *                open without flow, with corrode: bulk behind it
- *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: of reported residuals, by default its own
+ *   [flow]       rho  mu  steady = 1e-6  order = 2|4  force = ...  speed, length: of reported residuals, by default its
+ *                own
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
  *                of explicit ones
@@ -17453,6 +17526,505 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid)
 #pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
 
+/* ======== >>flow/sharp.c ======== */
+/* sharp: see sharp.h */
+#include <math.h>
+#include <string.h>
+
+static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int of)
+{
+    return bend + (int64_t)(axis * PD_DIM + of) * sharp->bonds->grid->total;
+}
+
+static int pdi_sharp_open(const pd_sharp *sharp, int32_t node) { return pdi_grid_open(sharp->bonds->grid->kind[node]); }
+
+/* ---- second differences ---- */
+
+/* Second derivative at 0 of the polynomial through `count` values f at the places x (Lagrange). */
+static double pdi_sharp_second(const double *x, const double *f, int count)
+{
+    double sum = 0.0;
+    for (int a = 0; a < count; a++) {
+        double below = 1.0, above = 0.0;
+        for (int b = 0; b < count; b++) {
+            if (b == a) continue;
+            below *= x[a] - x[b];
+            for (int c = b + 1; c < count; c++) {
+                double product = 2.0;
+                if (c == a) continue;
+                for (int e = 0; e < count; e++)
+                    if (e != a && e != b && e != c) product *= -x[e];
+                above += product;
+            }
+        }
+        sum += f[a] * above / below;
+    }
+    return sum;
+}
+
+/* That of component `of` of v along axis d at row r beside a wall, by the cubic through the wall, the node and the next
+ * two; the quadratic where there is less. */
+static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v, int32_t r,
+                               int d, int of)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const double *leg = sharp->bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+    int32_t node = sharp->bonds->node[r];
+    const double *f = v + (int64_t)of * grid->total + node;
+    double place[5], value[5];
+    int count = 1;
+    place[0] = 0.0;
+    value[0] = f[0];
+    for (int side = 0; side < 2; side++) {
+        double sign = side ? 1.0 : -1.0;
+        int32_t to = side ? grid->stride[d] : -grid->stride[d];
+        if (pdi_sharp_open(sharp, node + to)) {
+            for (int k = 1; k <= 2 && pdi_sharp_open(sharp, node + k * to); k++) {
+                place[count] = k * sign;
+                value[count++] = f[k * to];
+            }
+            continue;
+        }
+        double x[PD_DIM], u[PD_DIM];
+        place[count] = sign * fabs(leg[side]);
+        value[count] = 0.0;
+        if (wall) {
+            pd_grid_position(grid, node, x);
+            x[d] += place[count] * grid->h[d];
+            wall(user, x, u);
+            value[count] = u[of];
+        }
+        count++;
+    }
+    return pdi_sharp_second(place, value, count);
+}
+
+/* Behind inlets the velocity is odd about what they hold. */
+static void pdi_sharp_behind(const pd_sharp *sharp, int axis, double *bend)
+{
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = sharp->bonds->grid->total;
+    pd_ghosts_vector(ghosts, bend);
+    for (int of = 0; of < PD_DIM; of++)
+        for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+            int odd = ghosts->across[g] >> axis & 1;
+            int turned = (ghosts->odd[g] ^ ghosts->across[g]) >> of & 1;
+            double there = bend[of * total + ghosts->source[g]];
+            bend[of * total + ghosts->node[g]] = odd != turned ? -there : there;
+        }
+}
+
+PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
+                           double *bend)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * PD_DIM * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t up = i + grid->stride[d], down = i - grid->stride[d];
+            int between = pdi_sharp_open(sharp, up) && pdi_sharp_open(sharp, down);
+            for (int of = 0; of < PD_DIM; of++) {
+                const double *f = v + of * total;
+                bend[(d * PD_DIM + of) * total + i] =
+                    between ? f[up] - 2.0 * f[i] + f[down]
+                            : pdi_sharp_beside(sharp, wall, user, v, sharp->bonds->row[i], d, of);
+            }
+        }
+    }
+    for (int d = 0; d < PD_DIM; d++) pdi_sharp_behind(sharp, d, bend + (int64_t)d * PD_DIM * total);
+}
+
+/* ---- advecting velocity ---- */
+
+/* The differences of f from `node` to its neighbours along axis b, in sum; those of the kind `only` (0: open ones). */
+static double pdi_sharp_spread(const pd_sharp *sharp, const double *f, int32_t node, int b, int only)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        int32_t j = side ? node + grid->stride[b] : node - grid->stride[b];
+        if (only ? grid->kind[j] == only : pdi_sharp_open(sharp, j)) sum += f[j] - f[node];
+    }
+    return sum;
+}
+
+/* Half the number of neighbours along axis d: (4.2b) makes up for a closed one, which a node that knows its wall needs
+ * not. 0: between two walls nothing passes. */
+static double pdi_sharp_sides(const pd_sharp *sharp, int32_t node, int d)
+{
+    int32_t stride = sharp->bonds->grid->stride[d];
+    return 0.5 * (pdi_sharp_open(sharp, node - stride) + pdi_sharp_open(sharp, node + stride));
+}
+
+static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const double *bend, int32_t node, int d)
+{
+    const double *f = v + (int64_t)d * sharp->bonds->grid->total;
+    double sides = pdi_sharp_sides(sharp, node, d), value = f[node];
+    if (!(sides > 0.0)) return value;
+    for (int b = 0; b < PD_DIM; b++) {
+        double bent = pdi_sharp_along(sharp, bend, b, d)[node];
+        value += bent / 24.0; /* from the middle of a face to its mean */
+        if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
+        else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, 0);
+    }
+    return sides * value;
+}
+
+/* Second difference of f along the inlet, of a node at its end that of the next one: a wall is no part of what an inlet
+ * holds. */
+static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_t node, int b)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int32_t stride = grid->stride[b];
+    int below = grid->kind[node - stride] == PD_INLET, above = grid->kind[node + stride] == PD_INLET;
+    if (below == above) return below ? f[node - stride] - 2.0 * f[node] + f[node + stride] : 0.0;
+    int32_t to = above ? stride : -stride;
+    return grid->kind[node + 2 * to] == PD_INLET ? f[node] - 2.0 * f[node + to] + f[node + 2 * to] : 0.0;
+}
+
+/* The ghost at place k of the list gets what makes the mean with the node that it mirrors that of the inlet, whose
+ * velocity on the side of the box is in `work`. */
+static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
+{
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int32_t node = ghosts->node[k], source = ghosts->source[k];
+    int64_t total = sharp->bonds->grid->total;
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *f = sharp->work + d * total;
+        double sides = pdi_sharp_sides(sharp, source, d), value = f[node], there = sharpened[d * total + source];
+        if (!(sides > 0.0)) continue;
+        for (int b = 0; b < PD_DIM; b++) {
+            if (ghosts->across[k] >> b & 1) continue;
+            double bent = pdi_sharp_held_bend(sharp, f, node, b);
+            value += bent / 24.0;
+            if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
+            else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, PD_INLET);
+        }
+        sharpened[d * total + node] =
+            2.0 * sides * value + ((ghosts->odd[k] ^ ghosts->across[k]) >> d & 1 ? there : -there);
+    }
+}
+
+/* All ghosts of inlets; those behind periodic and mirror sides as well repeat others. */
+static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *sharpened)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = grid->total;
+    for (int32_t k = ghosts->count; k < ghosts->listed; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double there = v[d * total + ghosts->source[k]], value = v[d * total + ghosts->node[k]];
+            int turned = (ghosts->odd[k] ^ ghosts->across[k]) >> d & 1;
+            if (grid->kind[ghosts->source[k]] == PD_FLUID) value = 0.5 * (value + (turned ? -there : there));
+            sharp->work[d * total + ghosts->node[k]] = value;
+        }
+    for (int pass = 0; pass < 2; pass++)
+        for (int32_t k = ghosts->count; k < ghosts->listed; k++) {
+            int i[PD_DIM];
+            int32_t node = ghosts->node[k];
+            pdi_grid_index(grid, node, i);
+            int flip = pdi_grid_fold(grid, i);
+            int32_t first = pd_grid_node(grid, i);
+            if (!sharp->calm[ghosts->source[k]] || pass != (first != node)) continue;
+            if (!pass) pdi_sharp_inlet(sharp, k, sharpened);
+            for (int d = 0; d < PD_DIM && pass; d++)
+                sharpened[d * total + node] = (flip >> d & 1 ? -1.0 : 1.0) * sharpened[d * total + first];
+        }
+}
+
+PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
+                               double *sharpened)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int nt = pdi_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID || !sharp->calm[i]) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            sharpened[(int64_t)d * grid->total + i] = pdi_sharp_component(sharp, v, bend, i, d);
+    }
+    pdi_sharp_inlets(sharp, v, sharpened);
+}
+
+/* ---- pressure gradient ---- */
+
+/* 1: the node has a pressure. */
+static int pdi_sharp_presses(const pd_sharp *sharp, int32_t node)
+{
+    return pdi_sharp_open(sharp, node) && sharp->bonds->grid->kind[node] != PD_INLET;
+}
+
+/* Second difference of p with the stride `to`; at the end of a line what the next ones have, on a straight line. */
+static double pdi_sharp_pressed(const pd_sharp *sharp, const double *p, int32_t i, int32_t stride)
+{
+    int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
+    if (below && above) return p[i - stride] - 2.0 * p[i] + p[i + stride];
+    if (below == above) return 0.0;
+    int32_t to = above ? stride : -stride;
+    if (!pdi_sharp_presses(sharp, i + 2 * to)) return 0.0;
+    double next = p[i] - 2.0 * p[i + to] + p[i + 2 * to];
+    if (sharp->bonds->grid->kind[i + 2 * to] != PD_FLUID || !pdi_sharp_presses(sharp, i + 3 * to)) return next;
+    return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);
+}
+
+/* The gradient from p and its second differences q along the stride: of cubics and more between two nodes, of cubics at
+ * the end of a line. */
+static double pdi_sharp_slope(const pd_sharp *sharp, const double *p, const double *q, int32_t stride, int32_t i)
+{
+    int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
+    if (below && above) return 0.5 * (p[i + stride] - p[i - stride]) - (q[i + stride] - q[i - stride]) / 12.0;
+    if (above) return p[i + stride] - p[i] - 0.5 * q[i] - (q[i + stride] - q[i]) / 6.0;
+    if (below) return p[i] - p[i - stride] + 0.5 * q[i] + (q[i - stride] - q[i]) / 6.0;
+    return 0.0;
+}
+
+PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p, double *grad)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * 4);
+    (void)nt;
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = grid->stride[d];
+        double *q = sharp->work + d * total;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < grid->total; i++)
+            if (grid->kind[i] == PD_FLUID) q[i] = pdi_sharp_pressed(sharp, p, i, stride);
+        pdi_ghosts_pressure(ghosts, 0.0, q);
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < grid->total; i++)
+            if (grid->kind[i] == PD_FLUID && sharp->calm[i])
+                grad[d * total + i] = pdi_sharp_slope(sharp, p, q, stride, i) / grid->h[d];
+    }
+}
+
+/* ---- momentum through faces ---- */
+
+/* What passes a face upwards, per volume. */
+typedef struct pdi_sharp_face {
+    double flux;              /* [1/s] of volume */
+    double convected[PD_DIM]; /* [m/s2] */
+    double rubbed[PD_DIM];    /* [1/m/s] what friction brings the node below, over nu */
+} pdi_sharp_face;
+
+/* 1: no smooth surface is at the face between i and j, or beside it across axis d. */
+static int pdi_sharp_face_calm(const pd_sharp *sharp, int32_t i, int32_t j, int d)
+{
+    const int32_t *stride = sharp->bonds->grid->stride;
+    if (!sharp->calm[i] || !sharp->calm[j]) return 0;
+    for (int b = 0; b < PD_DIM; b++)
+        for (int side = -1; side <= 1 && b != d; side += 2) {
+            int32_t to = side * stride[b];
+            if (pdi_sharp_open(sharp, i + to) && !sharp->calm[i + to]) return 0;
+            if (pdi_sharp_open(sharp, j + to) && !sharp->calm[j + to]) return 0;
+        }
+    return 1;
+}
+
+/* Fourth order between i and j, neighbours along d: the bonds of one and of two spacings that pass the face. */
+static void pdi_sharp_face_fill(const pd_sharp *sharp, int32_t i, int32_t j, int d, const pdi_sharp_field *w,
+                                const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    double h = grid->h[d];
+    const double *v = w->v + (int64_t)d * grid->total, *q = pdi_sharp_along(sharp, w->bend, d, d);
+    double below = q[i] + 2.0 * v[i] - v[j], above = q[j] + 2.0 * v[j] - v[i];
+    face->flux = (0.5 * (v[i] + v[j]) - (q[i] + q[j]) / 12.0) / h;
+    for (int c = 0; c < PD_DIM; c++) {
+        const double *f = u->v + (int64_t)c * grid->total, *k = pdi_sharp_along(sharp, u->bend, d, c);
+        double lower = k[i] + 2.0 * f[i] - f[j], upper = k[j] + 2.0 * f[j] - f[i];
+        double wide = (v[i] + above) * (f[i] + upper) + (below + v[j]) * (lower + f[j]);
+        face->convected[c] = ((v[i] + v[j]) * (f[i] + f[j]) / 3.0 - wide / 24.0) / h;
+        face->rubbed[c] = (f[j] - f[i] - (k[j] - k[i]) / 12.0) / (h * h);
+    }
+}
+
+/* Take off what bond k from i to j gives, the share of it that goes this way. */
+static void pdi_sharp_face_less(const pd_sharp *sharp, int32_t i, int32_t j, int k, double share,
+                                const pdi_sharp_field *w, const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const pd_stencil *s = sharp->bonds->stencil;
+    int64_t total = sharp->bonds->grid->total;
+    double flux = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        flux += share * s->grad[k * PD_DIM + d] * (w->advecting[d * total + i] + w->advecting[d * total + j]);
+    face->flux -= flux;
+    for (int c = 0; c < PD_DIM; c++) {
+        const double *f = u->v + c * total;
+        face->convected[c] -= 0.5 * flux * (f[i] + f[j]);
+        face->rubbed[c] -= share * s->lap[k] * (f[j] - f[i]);
+    }
+}
+
+/* What fourth order adds at the upper face of i along d. Half of each bond across an edge of the lattice goes through
+ * each of the two ways around it: so do its ends get what they had. 0: the face has nothing. */
+static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pdi_sharp_field *w,
+                               const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const int32_t *stride = sharp->bonds->grid->stride;
+    const int *bond = sharp->facing[d];
+    int32_t j = i + stride[d];
+    if (!pdi_sharp_face_calm(sharp, i, j, d)) return 0;
+    pdi_sharp_face_fill(sharp, i, j, d, w, u, face);
+    pdi_sharp_face_less(sharp, i, j, bond[0], 1.0, w, u, face);
+    for (int m = 0; m < PD_DIM - 1; m++) {
+        int b = m < d ? m : m + 1, sinks = bond[1 + 2 * m], rises = bond[2 + 2 * m];
+        for (int side = 0; side < 2 && sinks >= 0; side++) {
+            int32_t to = side ? stride[b] : -stride[b];
+            if (pdi_sharp_open(sharp, j + to))
+                pdi_sharp_face_less(sharp, i, j + to, side ? rises : sinks, 0.5, w, u, face);
+            if (pdi_sharp_open(sharp, i + to))
+                pdi_sharp_face_less(sharp, i + to, j, side ? sinks : rises, 0.5, w, u, face);
+        }
+    }
+    return 1;
+}
+
+PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *w,
+                               const pdi_sharp_field *u, double nu, double *ru)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * 64);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int way = 0; way < 2 * PD_DIM; way++) {
+            int d = way / 2;
+            pdi_sharp_face face;
+            double sign = way % 2 ? 1.0 : -1.0;
+            if (!pdi_sharp_face_more(sharp, way % 2 ? i : i - grid->stride[d], d, w, u, &face)) continue;
+            for (int c = 0; c < PD_DIM; c++)
+                ru[c * total + i] +=
+                    sign * (face.convected[c] - 0.5 * face.flux * u->v[c * total + i] - nu * face.rubbed[c]);
+        }
+    }
+}
+
+PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int32_t i = sharp->bonds->node[r];
+    int walls = 0;
+    for (int c = 0; c < PD_DIM; c++) lap[c] = 0.0;
+    for (int d = 0; d < PD_DIM && sharp->calm[i]; d++) {
+        if (!(pdi_sharp_sides(sharp, i, d) < 1.0)) continue;
+        walls = 1;
+        for (int c = 0; c < PD_DIM; c++) {
+            const double *f = v + (int64_t)c * grid->total, *q = pdi_sharp_along(sharp, bend, d, c);
+            double part = q[i];
+            for (int side = 0; side < 2; side++) {
+                int32_t j = side ? i + grid->stride[d] : i - grid->stride[d];
+                if (pdi_sharp_open(sharp, j)) part -= f[j] - f[i] - (q[j] - q[i]) / 12.0;
+            }
+            lap[c] += part / (grid->h[d] * grid->h[d]);
+        }
+    }
+    return walls;
+}
+
+PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *u,
+                               const pdi_sharp_drive *drive, double nu, double *ru)
+{
+    const pd_bonds *bonds = sharp->bonds;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * 16);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        double lap[PD_DIM];
+        if (!pdi_sharp_rub(sharp, r, u->v, u->bend, lap)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * bonds->grid->total + bonds->node[r];
+            double push = drive->grad[at], motion = drive->motion ? drive->motion[at] : 0.0;
+            if (drive->force) push -= drive->force[d];
+            if (drive->body) push -= drive->body[at];
+            ru[at] += bonds->wall_curv[r] * push - nu * (lap[d] + bonds->wall_lap[r] * u->v[at] - motion);
+        }
+    }
+}
+
+/* ---- objects ---- */
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object)
+{
+    pd_sharp *sharp = (pd_sharp *)object;
+    int64_t total = sharp->bonds ? sharp->bonds->grid->total : 0;
+    PDI_ARRAY(owner, sharp, calm, total, "1");
+    PDI_ARRAY(owner, sharp, bend, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, bend_step, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, work, PD_DIM * total, "");
+}
+
+PDI_FN void pdi_sharp_update(const pd_sharp *sharp)
+{
+    const pd_bonds *bonds = sharp->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        int32_t r = bonds->row[i];
+        sharp->calm[i] = bonds->grid->kind[i] == PD_FLUID && (r < 0 || !bonds->smooth[r]);
+    }
+    for (int32_t g = 0; g < ghosts->listed; g++) sharp->calm[ghosts->node[g]] = sharp->calm[ghosts->source[g]];
+}
+
+/* The bond of the stencil with the offset of one spacing along d and `along` spacings along b; -1: none. */
+static int pdi_sharp_find(const pd_stencil *s, int d, int b, int along)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = 1;
+        for (int e = 0; e < PD_DIM; e++)
+            same = same && s->offset[k * PD_DIM + e] == (e == d ? 1 : e == b ? along : 0);
+        if (same) return k;
+    }
+    return -1;
+}
+
+PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(sharp, 0, sizeof *sharp);
+    int far = s->reach > 1;
+    for (int k = 0; k < s->count; k++) {
+        int axes = 0;
+        for (int d = 0; d < PD_DIM; d++) axes += s->offset[k * PD_DIM + d] != 0;
+        far = far || axes > 2;
+    }
+    if (far)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
+    if (bonds->grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");
+    sharp->bonds = bonds;
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int b = 0; b < PD_DIM; b++)
+            for (int k = 0; k < s->count; k++) {
+                double n = s->offset[k * PD_DIM + b];
+                sharp->third[d][b] += s->grad[k * PD_DIM + d] * s->xi[k * PD_DIM + d] * n * n;
+            }
+        sharp->facing[d][0] = pdi_sharp_find(s, d, d, 1);
+        for (int m = 0; m < PD_DIM - 1; m++)
+            for (int side = 0; side < 2; side++)
+                sharp->facing[d][1 + 2 * m + side] = pdi_sharp_find(s, d, m < d ? m : m + 1, side ? 1 : -1);
+    }
+    pd_status status = pdi_owner_build(ctx, pdi_sharp_list, sharp);
+    if (status < 0) pdi_sharp_free(ctx, sharp);
+    else pdi_sharp_update(sharp);
+    return status;
+}
+
+PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp)
+{
+    pdi_owner_free(ctx, pdi_sharp_list, sharp);
+    memset(sharp, 0, sizeof *sharp);
+}
+PDI_COLD_END
+
 /* ======== >>flow/flow.c ======== */
 /* flow: see flow.h
  *
@@ -17472,28 +18044,32 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
     if (flow->even) pdi_reconstruct_gradient(ctx, &flow->slopes, p, grad);
+    if (flow->sharp.bonds) pdi_sharp_gradient(ctx, &flow->sharp, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
-/* Advecting velocity K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
-static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *advecting)
+/* v becomes K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
+    double before[PD_DIM];
+    for (int b = 0; b < PD_DIM; b++) before[b] = v[b * total + node];
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int b = 0; b < PD_DIM; b++) {
-            double part = k[a * PD_DIM + b] * v[b * total + node];
+            double part = k[a * PD_DIM + b] * before[b];
             sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
         }
-        advecting[a * total + node] = sum;
+        v[a * total + node] = sum;
     }
 }
 
 /* 1: row r has the divergence (4.2c). */
 static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting)
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+                               double *advecting)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -17501,14 +18077,15 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
+    if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, v, advecting);
+        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
         if (r >= 0 && !pdi_flow_evened(flow, r))
-            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], v, advecting);
+            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
     }
     pd_ghosts_vector(ghosts, advecting);
 }
@@ -17633,6 +18210,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
     int changed = 1;
+    if (flow->sharp.bonds) pdi_sharp_update(&flow->sharp);
     flow->even = 0;
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
@@ -17661,7 +18239,9 @@ PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_ghosts(flow, 1, flow->u);
     pdi_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    pdi_flow_advecting(ctx, flow, flow->u, flow->advecting);
+    if (flow->sharp.bonds)
+        pdi_sharp_bend(ctx, &flow->sharp, flow->wall, flow->wall_user, flow->u, flow->sharp.bend);
+    pdi_flow_advecting(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
 }
 
 /* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
@@ -17828,6 +18408,34 @@ PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
     }
 }
 
+PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                             const double *grad, double *ru)
+{
+    const pd_sharp *sharp = &flow->sharp;
+    pdi_sharp_field state, step;
+    pdi_sharp_drive drive;
+    memset(&drive, 0, sizeof drive);
+    if (!sharp->bonds) return;
+    drive.grad = grad;
+    state.advecting = flow->advecting;
+    state.v = flow->u;
+    state.bend = sharp->bend;
+    if (u == flow->u) {
+        drive.force = flow->force;
+        drive.body = flow->body;
+        drive.motion = flow->wall_motion;
+        pdi_sharp_momentum(ctx, sharp, &state, &state, flow->nu, ru);
+        pdi_sharp_friction(ctx, sharp, &state, &drive, flow->nu, ru);
+        return;
+    }
+    step.advecting = advecting;
+    step.v = u;
+    step.bend = sharp->bend_step;
+    pdi_sharp_momentum(ctx, sharp, &state, &step, flow->nu, ru);
+    pdi_sharp_momentum(ctx, sharp, &step, &state, 0.0, ru);
+    pdi_sharp_friction(ctx, sharp, &step, &drive, flow->nu, ru);
+}
+
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
@@ -17843,6 +18451,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     pdi_flow_push(ctx, flow, ru);
     pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
+    pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;
 }
 
@@ -18134,6 +18743,8 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
+    if (desc->order != 0 && desc->order != 2 && desc->order != 4)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_AT_REST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");
     flow->grid = grid;
@@ -18148,6 +18759,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push = desc->body;
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
+    flow->order = desc->order;
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
@@ -18204,6 +18816,7 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
     pdi_owner_free(ctx, pdi_flow_rim_list, flow);
     pdi_reconstruct_free(ctx, &flow->slopes);
+    pdi_sharp_free(ctx, &flow->sharp);
     memset(flow, 0, sizeof *flow);
 }
 PDI_COLD_END
@@ -18599,10 +19212,11 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, motion[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
-    if (pdi_flow_bends(flow, r)) {
+    int bends = pdi_flow_bends(flow, r);
+    if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
-        pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
+        if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
         for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
         return;
     }
@@ -19225,7 +19839,8 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
-    pdi_flow_advecting(ctx, flow, du, s->advecting);
+    if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
+    pdi_flow_advecting(ctx, flow, du, flow->sharp.bend_step, s->advecting);
     step.advecting = s->advecting;
     step.u = du;
     step.p = du + split;
@@ -19233,6 +19848,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
+    pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
@@ -19393,6 +20009,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     pdi_steady_krylov(s, &kd);
     pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_flow_mirror(ctx, flow));
+    if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));
@@ -20351,7 +20968,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
         for (int d = 0; d < PD_DIM; d++)
             w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
     pd_ghosts_vector(&bonds->ghosts, w->grad);
-    pdi_flow_advecting(ctx, w->flow, w->grad, w->advecting);
+    pdi_flow_advecting(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
     for (int64_t i = 0; i < total; i++)
         w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;
@@ -20544,6 +21161,8 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
             ctx, PD_ERR_ARGUMENT, "unsteady",
             "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
             desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+    if (flow->order == 4)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
@@ -20587,7 +21206,7 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
-    pdi_flow_advecting(ctx, flow, un->mass, flow->advecting);
+    pdi_flow_advecting(ctx, flow, un->mass, NULL, flow->advecting);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 
@@ -44650,7 +45269,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
               "kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width, ux, uy, uz"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
-    {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
+    {"flow", "rho, mu, steady, force, speed, length, time, order, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
@@ -47499,6 +48118,25 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
     return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
+/* Which order the operator of the flow has. */
+static pd_status pdi_scene_order(pdi_reader *s, int section)
+{
+    static const char *const orders[] = {"2", "4", NULL};
+    const pd_setup *u = s->setup;
+    int fourth;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "2", &fourth));
+    s->setup->flow_order = fourth ? 4 : 2;
+    if (!fourth) return PD_OK;
+    if (u->m > 1.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]", u->m);
+    if (u->axisymmetric)
+        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
+    if (u->motion == PD_MOTION_EXPLICIT || u->motion == PD_MOTION_GIVEN)
+        return pdi_text_refuse(s->ctx, s->text, section, "order",
+                               "found 4 beside time = explicit or given, expected steady or implicit");
+    return PD_OK;
+}
+
 static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -47514,6 +48152,7 @@ static pd_status pdi_scene_flow(pdi_reader *s)
     if (pdi_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
     PDI_TRY(pdi_scene_motion(s, section));
+    PDI_TRY(pdi_scene_order(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;
@@ -48575,6 +49214,7 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     pd_jacobian jacobian;
     pd_implicit implicit;
     pd_unsteady unsteady;
+    pd_sharp sharp;
     pd_krylov_desc kd;
     if (!u->has_flow) return;
     memset(&steady, 0, sizeof steady);
@@ -48583,9 +49223,12 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     memset(&unsteady, 0, sizeof unsteady);
     steady.flow = implicit.flow = unsteady.flow = &plan->flow;
     jacobian.flow = &plan->flow;
+    memset(&sharp, 0, sizeof sharp);
+    sharp.bonds = plan->flow.bonds;
+    if (u->flow_order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
-    *bytes = pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
+    *bytes += pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         pdi_steady_krylov(&steady, &kd);
         *bytes += pdi_footprint_list(plan, pdi_steady_list, &steady) + pdi_footprint_krylov(plan, &kd);
@@ -48962,6 +49605,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.p_out = u->p_out;
     flow.speed = u->speed;
     flow.length = u->length;
+    flow.order = u->flow_order;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);

@@ -55,6 +55,8 @@ typedef struct lab {
     pd_body body;
     pd_microelastic springs;
     pd_stencil_desc family;
+    pd_stencil near;    /* m = 1 */
+    pd_bonds near_bonds;
     pd_grid_desc box;
     int wrong; /* arguments that are refused */
 } lab;
@@ -112,7 +114,11 @@ static int ready(lab *l)
     memset(l, 0, sizeof *l);
     pd_flow_desc still = stream(l);
     pd_steady_desc of_steady;
+    pd_stencil_desc nearest;
     pd_image dot;
+    memset(&nearest, 0, sizeof nearest);
+    nearest.m = 1.0;
+    for (int d = 0; d < PD_DIM; d++) nearest.h[d] = 1e-6;
     memset(&of_steady, 0, sizeof of_steady);
     memset(&dot, 0, sizeof dot);
     pd_ctx_init(&l->ctx);
@@ -131,6 +137,8 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pin, &l->pin)) &&
            CHECK_OK(&l->ctx, pdi_model_build(&l->ctx, &l->of_pit, &l->pit)) &&
            CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->pin.stencil, &l->pin.grid, 0, &l->bonds)) &&
+           CHECK_OK(&l->ctx, pd_stencil_build(&l->ctx, &nearest, &l->near)) &&
+           CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->near, &l->pin.grid, 0, &l->near_bonds)) &&
            CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->bonds, &still, &l->flow)) &&
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
            CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
@@ -145,6 +153,8 @@ static void tidy(lab *l)
     pd_body_free(&l->ctx, &l->body);
     pd_grid_free(&l->ctx, &l->rings);
     pd_steady_free(&l->ctx, &l->steady);
+    pd_bonds_free(&l->ctx, &l->near_bonds);
+    pd_stencil_free(&l->ctx, &l->near);
     pd_flow_free(&l->ctx, &l->flow);
     pd_bonds_free(&l->ctx, &l->bonds);
     pdi_model_free(&l->ctx, &l->pit);
@@ -262,6 +272,8 @@ BUILD(flow, pd_flow)
     pd_flow_desc d = stream(l);
     return pd_flow_build(ctx, &l->pin.grid, &l->bonds, &d, o);
 }
+
+INNER(sharp, pd_sharp) { return pdi_sharp_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
 
 BUILD(steady, pd_steady)
 {
@@ -549,6 +561,7 @@ static const entry builds[] = {
     ROW(bonds, pd_bonds, 0, 1) ROW(csr, pd_csr, 1, 1) ROW(lattice, pd_lattice, 1, 1)
     ROW(grain, pd_grain, 1, 1) ROW(krylov, pd_krylov, 1, 1)
     ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1) ROW(flow, pd_flow, 1, 1)
+    ROW(sharp, pd_sharp, 1, 1)
     ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1)
     ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
     ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)

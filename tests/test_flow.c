@@ -263,7 +263,7 @@ TEST(linearisation)
     pd_ghosts_vector(&s->bonds.ghosts, step);
     pdi_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    pdi_flow_advecting(&s->ctx, &s->flow, step, mass);
+    pdi_flow_advecting(&s->ctx, &s->flow, step, NULL, mass);
     along.advecting = mass;
     along.u = step;
     along.p = step + split;

@@ -20,28 +20,32 @@ PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const doub
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
     if (flow->even) pdi_reconstruct_gradient(ctx, &flow->slopes, p, grad);
+    if (flow->sharp.bonds) pdi_sharp_gradient(ctx, &flow->sharp, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
-/* Advecting velocity K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
-static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, const double *v, double *advecting)
+/* v becomes K v at `node` with the tensor of row r, mirrored along the axes of `odd`. */
+static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
+    double before[PD_DIM];
+    for (int b = 0; b < PD_DIM; b++) before[b] = v[b * total + node];
     for (int a = 0; a < PD_DIM; a++) {
         double sum = 0.0;
         for (int b = 0; b < PD_DIM; b++) {
-            double part = k[a * PD_DIM + b] * v[b * total + node];
+            double part = k[a * PD_DIM + b] * before[b];
             sum += ((odd >> a ^ odd >> b) & 1) ? -part : part;
         }
-        advecting[a * total + node] = sum;
+        v[a * total + node] = sum;
     }
 }
 
 /* 1: row r has the divergence (4.2c). */
 static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting)
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+                               double *advecting)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -49,14 +53,15 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
+    if (bend) pdi_sharp_velocity(ctx, &flow->sharp, v, bend, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, v, advecting);
+        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
     for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
         if (r >= 0 && !pdi_flow_evened(flow, r))
-            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], v, advecting);
+            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
     }
     pd_ghosts_vector(ghosts, advecting);
 }
@@ -181,6 +186,7 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
     int changed = 1;
+    if (flow->sharp.bonds) pdi_sharp_update(&flow->sharp);
     flow->even = 0;
     for (int32_t r = 0; r < bonds->rows; r++) flow->even = flow->even || bonds->smooth[r];
     flow->even = flow->even && !flow->grid->circumference;
@@ -209,7 +215,9 @@ PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
     pdi_flow_ghosts(flow, 1, flow->u);
     pdi_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
-    pdi_flow_advecting(ctx, flow, flow->u, flow->advecting);
+    if (flow->sharp.bonds)
+        pdi_sharp_bend(ctx, &flow->sharp, flow->wall, flow->wall_user, flow->u, flow->sharp.bend);
+    pdi_flow_advecting(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
 }
 
 /* Nodes of a block: one vector, or two short ones, so that all that belongs to its nodes stays in registers. */
@@ -376,6 +384,34 @@ PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
     }
 }
 
+PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                             const double *grad, double *ru)
+{
+    const pd_sharp *sharp = &flow->sharp;
+    pdi_sharp_field state, step;
+    pdi_sharp_drive drive;
+    memset(&drive, 0, sizeof drive);
+    if (!sharp->bonds) return;
+    drive.grad = grad;
+    state.advecting = flow->advecting;
+    state.v = flow->u;
+    state.bend = sharp->bend;
+    if (u == flow->u) {
+        drive.force = flow->force;
+        drive.body = flow->body;
+        drive.motion = flow->wall_motion;
+        pdi_sharp_momentum(ctx, sharp, &state, &state, flow->nu, ru);
+        pdi_sharp_friction(ctx, sharp, &state, &drive, flow->nu, ru);
+        return;
+    }
+    step.advecting = advecting;
+    step.v = u;
+    step.bend = sharp->bend_step;
+    pdi_sharp_momentum(ctx, sharp, &state, &step, flow->nu, ru);
+    pdi_sharp_momentum(ctx, sharp, &step, &state, 0.0, ru);
+    pdi_sharp_friction(ctx, sharp, &step, &drive, flow->nu, ru);
+}
+
 PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
     pdi_flow_terms t;
@@ -391,6 +427,7 @@ PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc
     pdi_flow_push(ctx, flow, ru);
     pdi_flow_bend(ctx, flow, flow->u, flow->grad, 1, ru);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
+    pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;
 }
 
@@ -682,6 +719,8 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
+    if (desc->order != 0 && desc->order != 2 && desc->order != 4)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_AT_REST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");
     flow->grid = grid;
@@ -696,6 +735,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push = desc->body;
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
+    flow->order = desc->order;
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
@@ -752,6 +792,7 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
     pdi_owner_free(ctx, pdi_flow_rim_list, flow);
     pdi_reconstruct_free(ctx, &flow->slopes);
+    pdi_sharp_free(ctx, &flow->sharp);
     memset(flow, 0, sizeof *flow);
 }
 PDI_COLD_END

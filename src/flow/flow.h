@@ -7,6 +7,7 @@
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
 #include "core/owner.h"
+#include "flow/sharp.h"
 #include "lattice/reconstruct.h"
 #include "lattice/traverse.h"
 #include <math.h>
@@ -26,6 +27,7 @@ typedef struct pd_flow_desc {
     void *inlet_user;
     pd_velocity_fn wall;    /* velocity along the surface of walls and solids, at points on it; NULL: at rest */
     void *wall_user;
+    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -63,6 +65,8 @@ typedef struct pd_flow {
     int32_t rim;            /* length of the next three */
     int32_t *patch;         /* [rim] rows beside smooth surfaces: the first row of those that bonds join; -1: others */
     pd_reconstruct slopes;       /* fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    int order;              /* 4: a solver of steady flows makes `sharp` */
+    pd_sharp sharp;         /* empty: second order */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c); [2 rim] sums of a patch and its rows */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
@@ -124,8 +128,9 @@ typedef struct pdi_flow_terms {
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
 } pdi_flow_terms;
 /* advecting velocity = K v at nodes whose family is cut, v elsewhere, ghosts filled (eq. 4.2b); v and its inlet ghosts
- * are given. */
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, double *advecting);
+ * are given. bend: second differences of v, which then is sharpened (eq. 4.6c); NULL: second order. */
+PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *bend,
+                               double *advecting);
 /* From here on inlets hold their velocity on the side. */
 PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
 /* Ghosts of a velocity, or of a step of one (held 0). */
@@ -159,6 +164,10 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 /* rc += sign times what (4.2c) has more than the bond fluxes of `advecting`, made from u by pdi_flow_advecting. */
 PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting, int held,
                           double sign, double *rc);
+/* ru += what fourth order has more of the momentum of u, or of its derivative along a step u, with the advecting
+ * velocity and the pressure gradient of it. */
+PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                             const double *grad, double *ru);
 /* What steps carry on; with all that follows from it after reading. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
 /* The speed of the problem is no less than that of the velocity in flow: the start of a flow in time. */

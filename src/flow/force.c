@@ -105,10 +105,11 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, motion[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
-    if (pdi_flow_bends(flow, r)) {
+    int bends = pdi_flow_bends(flow, r);
+    if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
         pdi_force_face face;
         pdi_force_see(q, r, &face);
-        pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
+        if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
         for (int d = 0; d < PD_DIM; d++) rub[d] *= -volume * flow->nu * face.owned;
         return;
     }

@@ -185,7 +185,7 @@ static void pdi_spectrum_sound(const pd_ctx *ctx, pdi_spectrum_work *w)
         for (int d = 0; d < PD_DIM; d++)
             w->grad[d * total + bonds->node[r]] *= fmax(1.0 - bonds->wall_curv[r], 0.0);
     pd_ghosts_vector(&bonds->ghosts, w->grad);
-    pdi_flow_advecting(ctx, w->flow, w->grad, w->advecting);
+    pdi_flow_advecting(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
     for (int64_t i = 0; i < total; i++)
         w->after[i] = w->flow->grid->kind[i] == PD_FLUID ? -w->after[i] : 0.0;

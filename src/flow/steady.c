@@ -99,7 +99,8 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
-    pdi_flow_advecting(ctx, flow, du, s->advecting);
+    if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
+    pdi_flow_advecting(ctx, flow, du, flow->sharp.bend_step, s->advecting);
     step.advecting = s->advecting;
     step.u = du;
     step.p = du + split;
@@ -107,6 +108,7 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
     pdi_flow_bend(ctx, flow, du, flow->grad, 0, y);
     pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
+    pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
     pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
     pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
@@ -267,6 +269,7 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     pdi_steady_krylov(s, &kd);
     pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_flow_mirror(ctx, flow));
+    if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
     PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));

@@ -49,6 +49,8 @@ static pd_status pdi_unsteady_make(pd_ctx *ctx, pd_flow *flow, const pd_unsteady
             ctx, PD_ERR_ARGUMENT, "unsteady",
             "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
             desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+    if (flow->order == 4)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = fmin(spacing, grid->h[d]);
@@ -92,7 +94,7 @@ static void pdi_unsteady_fill(const pd_ctx *ctx, pd_unsteady *un)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
             un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
-    pdi_flow_advecting(ctx, flow, un->mass, flow->advecting);
+    pdi_flow_advecting(ctx, flow, un->mass, NULL, flow->advecting);
     pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
 }
 

@@ -188,6 +188,7 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     pd_jacobian jacobian;
     pd_implicit implicit;
     pd_unsteady unsteady;
+    pd_sharp sharp;
     pd_krylov_desc kd;
     if (!u->has_flow) return;
     memset(&steady, 0, sizeof steady);
@@ -196,9 +197,12 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     memset(&unsteady, 0, sizeof unsteady);
     steady.flow = implicit.flow = unsteady.flow = &plan->flow;
     jacobian.flow = &plan->flow;
+    memset(&sharp, 0, sizeof sharp);
+    sharp.bonds = plan->flow.bonds;
+    if (u->flow_order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
-    *bytes = pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
+    *bytes += pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
         pdi_steady_krylov(&steady, &kd);
         *bytes += pdi_footprint_list(plan, pdi_steady_list, &steady) + pdi_footprint_krylov(plan, &kd);

@@ -351,6 +351,25 @@ static pd_status pdi_scene_force(pdi_reader *s, int section)
     return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
+/* Which order the operator of the flow has. */
+static pd_status pdi_scene_order(pdi_reader *s, int section)
+{
+    static const char *const orders[] = {"2", "4", NULL};
+    const pd_setup *u = s->setup;
+    int fourth;
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "2", &fourth));
+    s->setup->flow_order = fourth ? 4 : 2;
+    if (!fourth) return PD_OK;
+    if (u->m > 1.0)
+        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]", u->m);
+    if (u->axisymmetric)
+        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
+    if (u->motion == PD_MOTION_EXPLICIT || u->motion == PD_MOTION_GIVEN)
+        return pdi_text_refuse(s->ctx, s->text, section, "order",
+                               "found 4 beside time = explicit or given, expected steady or implicit");
+    return PD_OK;
+}
+
 static pd_status pdi_scene_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
@@ -366,6 +385,7 @@ static pd_status pdi_scene_flow(pdi_reader *s)
     if (pdi_text_has(s->ctx, s->text, section, "length"))
         PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
     PDI_TRY(pdi_scene_motion(s, section));
+    PDI_TRY(pdi_scene_order(s, section));
     PDI_TRY(pdi_scene_compressible(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;

@@ -13,7 +13,8 @@
  *                mean = speed | flow_rate = 1 mL/min  vx = expression in x y z (vy, vz)  C = ...  p = 0
  *                noslip: velocity = 1 m/s, 0 m/s of a wall that slides along itself; C = ... held by the wall
  *                open without flow, with corrode: bulk behind it
- *   [flow]       rho  mu  steady = 1e-6  force = ...  speed, length: of reported residuals, by default its own
+ *   [flow]       rho  mu  steady = 1e-6  order = 2|4  force = ...  speed, length: of reported residuals, by default its
+ *                own
  *                time = steady|implicit|explicit|given  vx (vy, vz) = expression: flow at the start, or the given flow,
  *                which open sides let in and out  rtol = 1e-4 of implicit steps  eos = tait|linear, c0 = speed of sound
  *                of explicit ones

@@ -15,7 +15,7 @@ static const pdi_syntax_section pdi_syntax_table[] = {
               "kind, C, material, D, grains, grain_spread, grain_seed, "
               "boundary_width, ux, uy, uz"},
     {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
-    {"flow", "rho, mu, steady, force, speed, length, time, vx, vy, vz, rtol, eos, c0"},
+    {"flow", "rho, mu, steady, force, speed, length, time, order, vx, vy, vz, rtol, eos, c0"},
     {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
     {"transport", "D, initial, advection, time"},
     {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},

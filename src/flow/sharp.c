@@ -1,0 +1,499 @@
+/* sharp: see sharp.h */
+#include "flow/sharp.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+static const double *pdi_sharp_along(const pd_sharp *sharp, const double *bend, int axis, int of)
+{
+    return bend + (int64_t)(axis * PD_DIM + of) * sharp->bonds->grid->total;
+}
+
+static int pdi_sharp_open(const pd_sharp *sharp, int32_t node) { return pdi_grid_open(sharp->bonds->grid->kind[node]); }
+
+/* ---- second differences ---- */
+
+/* Second derivative at 0 of the polynomial through `count` values f at the places x (Lagrange). */
+static double pdi_sharp_second(const double *x, const double *f, int count)
+{
+    double sum = 0.0;
+    for (int a = 0; a < count; a++) {
+        double below = 1.0, above = 0.0;
+        for (int b = 0; b < count; b++) {
+            if (b == a) continue;
+            below *= x[a] - x[b];
+            for (int c = b + 1; c < count; c++) {
+                double product = 2.0;
+                if (c == a) continue;
+                for (int e = 0; e < count; e++)
+                    if (e != a && e != b && e != c) product *= -x[e];
+                above += product;
+            }
+        }
+        sum += f[a] * above / below;
+    }
+    return sum;
+}
+
+/* That of component `of` of v along axis d at row r beside a wall, by the cubic through the wall, the node and the next
+ * two; the quadratic where there is less. */
+static double pdi_sharp_beside(const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v, int32_t r,
+                               int d, int of)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const double *leg = sharp->bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+    int32_t node = sharp->bonds->node[r];
+    const double *f = v + (int64_t)of * grid->total + node;
+    double place[5], value[5];
+    int count = 1;
+    place[0] = 0.0;
+    value[0] = f[0];
+    for (int side = 0; side < 2; side++) {
+        double sign = side ? 1.0 : -1.0;
+        int32_t to = side ? grid->stride[d] : -grid->stride[d];
+        if (pdi_sharp_open(sharp, node + to)) {
+            for (int k = 1; k <= 2 && pdi_sharp_open(sharp, node + k * to); k++) {
+                place[count] = k * sign;
+                value[count++] = f[k * to];
+            }
+            continue;
+        }
+        double x[PD_DIM], u[PD_DIM];
+        place[count] = sign * fabs(leg[side]);
+        value[count] = 0.0;
+        if (wall) {
+            pd_grid_position(grid, node, x);
+            x[d] += place[count] * grid->h[d];
+            wall(user, x, u);
+            value[count] = u[of];
+        }
+        count++;
+    }
+    return pdi_sharp_second(place, value, count);
+}
+
+/* Behind inlets the velocity is odd about what they hold. */
+static void pdi_sharp_behind(const pd_sharp *sharp, int axis, double *bend)
+{
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = sharp->bonds->grid->total;
+    pd_ghosts_vector(ghosts, bend);
+    for (int of = 0; of < PD_DIM; of++)
+        for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+            int odd = ghosts->across[g] >> axis & 1;
+            int turned = (ghosts->odd[g] ^ ghosts->across[g]) >> of & 1;
+            double there = bend[of * total + ghosts->source[g]];
+            bend[of * total + ghosts->node[g]] = odd != turned ? -there : there;
+        }
+}
+
+PDI_FN void pdi_sharp_bend(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall, void *user, const double *v,
+                           double *bend)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * PD_DIM * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int32_t up = i + grid->stride[d], down = i - grid->stride[d];
+            int between = pdi_sharp_open(sharp, up) && pdi_sharp_open(sharp, down);
+            for (int of = 0; of < PD_DIM; of++) {
+                const double *f = v + of * total;
+                bend[(d * PD_DIM + of) * total + i] =
+                    between ? f[up] - 2.0 * f[i] + f[down]
+                            : pdi_sharp_beside(sharp, wall, user, v, sharp->bonds->row[i], d, of);
+            }
+        }
+    }
+    for (int d = 0; d < PD_DIM; d++) pdi_sharp_behind(sharp, d, bend + (int64_t)d * PD_DIM * total);
+}
+
+/* ---- advecting velocity ---- */
+
+/* The differences of f from `node` to its neighbours along axis b, in sum; those of the kind `only` (0: open ones). */
+static double pdi_sharp_spread(const pd_sharp *sharp, const double *f, int32_t node, int b, int only)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    double sum = 0.0;
+    for (int side = 0; side < 2; side++) {
+        int32_t j = side ? node + grid->stride[b] : node - grid->stride[b];
+        if (only ? grid->kind[j] == only : pdi_sharp_open(sharp, j)) sum += f[j] - f[node];
+    }
+    return sum;
+}
+
+/* Half the number of neighbours along axis d: (4.2b) makes up for a closed one, which a node that knows its wall needs
+ * not. 0: between two walls nothing passes. */
+static double pdi_sharp_sides(const pd_sharp *sharp, int32_t node, int d)
+{
+    int32_t stride = sharp->bonds->grid->stride[d];
+    return 0.5 * (pdi_sharp_open(sharp, node - stride) + pdi_sharp_open(sharp, node + stride));
+}
+
+static double pdi_sharp_component(const pd_sharp *sharp, const double *v, const double *bend, int32_t node, int d)
+{
+    const double *f = v + (int64_t)d * sharp->bonds->grid->total;
+    double sides = pdi_sharp_sides(sharp, node, d), value = f[node];
+    if (!(sides > 0.0)) return value;
+    for (int b = 0; b < PD_DIM; b++) {
+        double bent = pdi_sharp_along(sharp, bend, b, d)[node];
+        value += bent / 24.0; /* from the middle of a face to its mean */
+        if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
+        else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, 0);
+    }
+    return sides * value;
+}
+
+/* Second difference of f along the inlet, of a node at its end that of the next one: a wall is no part of what an inlet
+ * holds. */
+static double pdi_sharp_held_bend(const pd_sharp *sharp, const double *f, int32_t node, int b)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int32_t stride = grid->stride[b];
+    int below = grid->kind[node - stride] == PD_INLET, above = grid->kind[node + stride] == PD_INLET;
+    if (below == above) return below ? f[node - stride] - 2.0 * f[node] + f[node + stride] : 0.0;
+    int32_t to = above ? stride : -stride;
+    return grid->kind[node + 2 * to] == PD_INLET ? f[node] - 2.0 * f[node + to] + f[node + 2 * to] : 0.0;
+}
+
+/* The ghost at place k of the list gets what makes the mean with the node that it mirrors that of the inlet, whose
+ * velocity on the side of the box is in `work`. */
+static void pdi_sharp_inlet(const pd_sharp *sharp, int32_t k, double *sharpened)
+{
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int32_t node = ghosts->node[k], source = ghosts->source[k];
+    int64_t total = sharp->bonds->grid->total;
+    for (int d = 0; d < PD_DIM; d++) {
+        const double *f = sharp->work + d * total;
+        double sides = pdi_sharp_sides(sharp, source, d), value = f[node], there = sharpened[d * total + source];
+        if (!(sides > 0.0)) continue;
+        for (int b = 0; b < PD_DIM; b++) {
+            if (ghosts->across[k] >> b & 1) continue;
+            double bent = pdi_sharp_held_bend(sharp, f, node, b);
+            value += bent / 24.0;
+            if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
+            else value -= 0.5 * sharp->third[d][b] * pdi_sharp_spread(sharp, f, node, b, PD_INLET);
+        }
+        sharpened[d * total + node] =
+            2.0 * sides * value + ((ghosts->odd[k] ^ ghosts->across[k]) >> d & 1 ? there : -there);
+    }
+}
+
+/* All ghosts of inlets; those behind periodic and mirror sides as well repeat others. */
+static void pdi_sharp_inlets(const pd_sharp *sharp, const double *v, double *sharpened)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = grid->total;
+    for (int32_t k = ghosts->count; k < ghosts->listed; k++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double there = v[d * total + ghosts->source[k]], value = v[d * total + ghosts->node[k]];
+            int turned = (ghosts->odd[k] ^ ghosts->across[k]) >> d & 1;
+            if (grid->kind[ghosts->source[k]] == PD_FLUID) value = 0.5 * (value + (turned ? -there : there));
+            sharp->work[d * total + ghosts->node[k]] = value;
+        }
+    for (int pass = 0; pass < 2; pass++)
+        for (int32_t k = ghosts->count; k < ghosts->listed; k++) {
+            int i[PD_DIM];
+            int32_t node = ghosts->node[k];
+            pdi_grid_index(grid, node, i);
+            int flip = pdi_grid_fold(grid, i);
+            int32_t first = pd_grid_node(grid, i);
+            if (!sharp->calm[ghosts->source[k]] || pass != (first != node)) continue;
+            if (!pass) pdi_sharp_inlet(sharp, k, sharpened);
+            for (int d = 0; d < PD_DIM && pass; d++)
+                sharpened[d * total + node] = (flip >> d & 1 ? -1.0 : 1.0) * sharpened[d * total + first];
+        }
+}
+
+PDI_FN void pdi_sharp_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v, const double *bend,
+                               double *sharpened)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int nt = pdi_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID || !sharp->calm[i]) continue;
+        for (int d = 0; d < PD_DIM; d++)
+            sharpened[(int64_t)d * grid->total + i] = pdi_sharp_component(sharp, v, bend, i, d);
+    }
+    pdi_sharp_inlets(sharp, v, sharpened);
+}
+
+/* ---- pressure gradient ---- */
+
+/* 1: the node has a pressure. */
+static int pdi_sharp_presses(const pd_sharp *sharp, int32_t node)
+{
+    return pdi_sharp_open(sharp, node) && sharp->bonds->grid->kind[node] != PD_INLET;
+}
+
+/* Second difference of p with the stride `to`; at the end of a line what the next ones have, on a straight line. */
+static double pdi_sharp_pressed(const pd_sharp *sharp, const double *p, int32_t i, int32_t stride)
+{
+    int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
+    if (below && above) return p[i - stride] - 2.0 * p[i] + p[i + stride];
+    if (below == above) return 0.0;
+    int32_t to = above ? stride : -stride;
+    if (!pdi_sharp_presses(sharp, i + 2 * to)) return 0.0;
+    double next = p[i] - 2.0 * p[i + to] + p[i + 2 * to];
+    if (sharp->bonds->grid->kind[i + 2 * to] != PD_FLUID || !pdi_sharp_presses(sharp, i + 3 * to)) return next;
+    return 2.0 * next - (p[i + to] - 2.0 * p[i + 2 * to] + p[i + 3 * to]);
+}
+
+/* The gradient from p and its second differences q along the stride: of cubics and more between two nodes, of cubics at
+ * the end of a line. */
+static double pdi_sharp_slope(const pd_sharp *sharp, const double *p, const double *q, int32_t stride, int32_t i)
+{
+    int below = pdi_sharp_presses(sharp, i - stride), above = pdi_sharp_presses(sharp, i + stride);
+    if (below && above) return 0.5 * (p[i + stride] - p[i - stride]) - (q[i + stride] - q[i - stride]) / 12.0;
+    if (above) return p[i + stride] - p[i] - 0.5 * q[i] - (q[i + stride] - q[i]) / 6.0;
+    if (below) return p[i] - p[i - stride] + 0.5 * q[i] + (q[i - stride] - q[i]) / 6.0;
+    return 0.0;
+}
+
+PDI_FN void pdi_sharp_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p, double *grad)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    const pd_ghosts *ghosts = &sharp->bonds->ghosts;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * 4);
+    (void)nt;
+    for (int d = 0; d < PD_DIM; d++) {
+        int32_t stride = grid->stride[d];
+        double *q = sharp->work + d * total;
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < grid->total; i++)
+            if (grid->kind[i] == PD_FLUID) q[i] = pdi_sharp_pressed(sharp, p, i, stride);
+        pdi_ghosts_pressure(ghosts, 0.0, q);
+        PDI_PARALLEL_FOR(nt)
+        for (int32_t i = 0; i < grid->total; i++)
+            if (grid->kind[i] == PD_FLUID && sharp->calm[i])
+                grad[d * total + i] = pdi_sharp_slope(sharp, p, q, stride, i) / grid->h[d];
+    }
+}
+
+/* ---- momentum through faces ---- */
+
+/* What passes a face upwards, per volume. */
+typedef struct pdi_sharp_face {
+    double flux;              /* [1/s] of volume */
+    double convected[PD_DIM]; /* [m/s2] */
+    double rubbed[PD_DIM];    /* [1/m/s] what friction brings the node below, over nu */
+} pdi_sharp_face;
+
+/* 1: no smooth surface is at the face between i and j, or beside it across axis d. */
+static int pdi_sharp_face_calm(const pd_sharp *sharp, int32_t i, int32_t j, int d)
+{
+    const int32_t *stride = sharp->bonds->grid->stride;
+    if (!sharp->calm[i] || !sharp->calm[j]) return 0;
+    for (int b = 0; b < PD_DIM; b++)
+        for (int side = -1; side <= 1 && b != d; side += 2) {
+            int32_t to = side * stride[b];
+            if (pdi_sharp_open(sharp, i + to) && !sharp->calm[i + to]) return 0;
+            if (pdi_sharp_open(sharp, j + to) && !sharp->calm[j + to]) return 0;
+        }
+    return 1;
+}
+
+/* Fourth order between i and j, neighbours along d: the bonds of one and of two spacings that pass the face. */
+static void pdi_sharp_face_fill(const pd_sharp *sharp, int32_t i, int32_t j, int d, const pdi_sharp_field *w,
+                                const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    double h = grid->h[d];
+    const double *v = w->v + (int64_t)d * grid->total, *q = pdi_sharp_along(sharp, w->bend, d, d);
+    double below = q[i] + 2.0 * v[i] - v[j], above = q[j] + 2.0 * v[j] - v[i];
+    face->flux = (0.5 * (v[i] + v[j]) - (q[i] + q[j]) / 12.0) / h;
+    for (int c = 0; c < PD_DIM; c++) {
+        const double *f = u->v + (int64_t)c * grid->total, *k = pdi_sharp_along(sharp, u->bend, d, c);
+        double lower = k[i] + 2.0 * f[i] - f[j], upper = k[j] + 2.0 * f[j] - f[i];
+        double wide = (v[i] + above) * (f[i] + upper) + (below + v[j]) * (lower + f[j]);
+        face->convected[c] = ((v[i] + v[j]) * (f[i] + f[j]) / 3.0 - wide / 24.0) / h;
+        face->rubbed[c] = (f[j] - f[i] - (k[j] - k[i]) / 12.0) / (h * h);
+    }
+}
+
+/* Take off what bond k from i to j gives, the share of it that goes this way. */
+static void pdi_sharp_face_less(const pd_sharp *sharp, int32_t i, int32_t j, int k, double share,
+                                const pdi_sharp_field *w, const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const pd_stencil *s = sharp->bonds->stencil;
+    int64_t total = sharp->bonds->grid->total;
+    double flux = 0.0;
+    for (int d = 0; d < PD_DIM; d++)
+        flux += share * s->grad[k * PD_DIM + d] * (w->advecting[d * total + i] + w->advecting[d * total + j]);
+    face->flux -= flux;
+    for (int c = 0; c < PD_DIM; c++) {
+        const double *f = u->v + c * total;
+        face->convected[c] -= 0.5 * flux * (f[i] + f[j]);
+        face->rubbed[c] -= share * s->lap[k] * (f[j] - f[i]);
+    }
+}
+
+/* What fourth order adds at the upper face of i along d. Half of each bond across an edge of the lattice goes through
+ * each of the two ways around it: so do its ends get what they had. 0: the face has nothing. */
+static int pdi_sharp_face_more(const pd_sharp *sharp, int32_t i, int d, const pdi_sharp_field *w,
+                               const pdi_sharp_field *u, pdi_sharp_face *face)
+{
+    const int32_t *stride = sharp->bonds->grid->stride;
+    const int *bond = sharp->facing[d];
+    int32_t j = i + stride[d];
+    if (!pdi_sharp_face_calm(sharp, i, j, d)) return 0;
+    pdi_sharp_face_fill(sharp, i, j, d, w, u, face);
+    pdi_sharp_face_less(sharp, i, j, bond[0], 1.0, w, u, face);
+    for (int m = 0; m < PD_DIM - 1; m++) {
+        int b = m < d ? m : m + 1, sinks = bond[1 + 2 * m], rises = bond[2 + 2 * m];
+        for (int side = 0; side < 2 && sinks >= 0; side++) {
+            int32_t to = side ? stride[b] : -stride[b];
+            if (pdi_sharp_open(sharp, j + to))
+                pdi_sharp_face_less(sharp, i, j + to, side ? rises : sinks, 0.5, w, u, face);
+            if (pdi_sharp_open(sharp, i + to))
+                pdi_sharp_face_less(sharp, i + to, j, side ? sinks : rises, 0.5, w, u, face);
+        }
+    }
+    return 1;
+}
+
+PDI_FN void pdi_sharp_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *w,
+                               const pdi_sharp_field *u, double nu, double *ru)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int64_t total = grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM * 64);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int way = 0; way < 2 * PD_DIM; way++) {
+            int d = way / 2;
+            pdi_sharp_face face;
+            double sign = way % 2 ? 1.0 : -1.0;
+            if (!pdi_sharp_face_more(sharp, way % 2 ? i : i - grid->stride[d], d, w, u, &face)) continue;
+            for (int c = 0; c < PD_DIM; c++)
+                ru[c * total + i] +=
+                    sign * (face.convected[c] - 0.5 * face.flux * u->v[c * total + i] - nu * face.rubbed[c]);
+        }
+    }
+}
+
+PDI_FN int pdi_sharp_rub(const pd_sharp *sharp, int32_t r, const double *v, const double *bend, double *lap)
+{
+    const pd_grid *grid = sharp->bonds->grid;
+    int32_t i = sharp->bonds->node[r];
+    int walls = 0;
+    for (int c = 0; c < PD_DIM; c++) lap[c] = 0.0;
+    for (int d = 0; d < PD_DIM && sharp->calm[i]; d++) {
+        if (!(pdi_sharp_sides(sharp, i, d) < 1.0)) continue;
+        walls = 1;
+        for (int c = 0; c < PD_DIM; c++) {
+            const double *f = v + (int64_t)c * grid->total, *q = pdi_sharp_along(sharp, bend, d, c);
+            double part = q[i];
+            for (int side = 0; side < 2; side++) {
+                int32_t j = side ? i + grid->stride[d] : i - grid->stride[d];
+                if (pdi_sharp_open(sharp, j)) part -= f[j] - f[i] - (q[j] - q[i]) / 12.0;
+            }
+            lap[c] += part / (grid->h[d] * grid->h[d]);
+        }
+    }
+    return walls;
+}
+
+PDI_FN void pdi_sharp_friction(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_sharp_field *u,
+                               const pdi_sharp_drive *drive, double nu, double *ru)
+{
+    const pd_bonds *bonds = sharp->bonds;
+    int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * 16);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t r = 0; r < bonds->rows; r++) {
+        double lap[PD_DIM];
+        if (!pdi_sharp_rub(sharp, r, u->v, u->bend, lap)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            int64_t at = (int64_t)d * bonds->grid->total + bonds->node[r];
+            double push = drive->grad[at], motion = drive->motion ? drive->motion[at] : 0.0;
+            if (drive->force) push -= drive->force[d];
+            if (drive->body) push -= drive->body[at];
+            ru[at] += bonds->wall_curv[r] * push - nu * (lap[d] + bonds->wall_lap[r] * u->v[at] - motion);
+        }
+    }
+}
+
+/* ---- objects ---- */
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_sharp_list(pdi_owner *owner, void *object)
+{
+    pd_sharp *sharp = (pd_sharp *)object;
+    int64_t total = sharp->bonds ? sharp->bonds->grid->total : 0;
+    PDI_ARRAY(owner, sharp, calm, total, "1");
+    PDI_ARRAY(owner, sharp, bend, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, bend_step, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, work, PD_DIM * total, "");
+}
+
+PDI_FN void pdi_sharp_update(const pd_sharp *sharp)
+{
+    const pd_bonds *bonds = sharp->bonds;
+    const pd_ghosts *ghosts = &bonds->ghosts;
+    for (int32_t i = 0; i < bonds->grid->total; i++) {
+        int32_t r = bonds->row[i];
+        sharp->calm[i] = bonds->grid->kind[i] == PD_FLUID && (r < 0 || !bonds->smooth[r]);
+    }
+    for (int32_t g = 0; g < ghosts->listed; g++) sharp->calm[ghosts->node[g]] = sharp->calm[ghosts->source[g]];
+}
+
+/* The bond of the stencil with the offset of one spacing along d and `along` spacings along b; -1: none. */
+static int pdi_sharp_find(const pd_stencil *s, int d, int b, int along)
+{
+    for (int k = 0; k < s->count; k++) {
+        int same = 1;
+        for (int e = 0; e < PD_DIM; e++)
+            same = same && s->offset[k * PD_DIM + e] == (e == d ? 1 : e == b ? along : 0);
+        if (same) return k;
+    }
+    return -1;
+}
+
+PDI_FN pd_status pdi_sharp_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+{
+    const pd_stencil *s = bonds->stencil;
+    memset(sharp, 0, sizeof *sharp);
+    int far = s->reach > 1;
+    for (int k = 0; k < s->count; k++) {
+        int axes = 0;
+        for (int d = 0; d < PD_DIM; d++) axes += s->offset[k * PD_DIM + d] != 0;
+        far = far || axes > 2;
+    }
+    if (far)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 needs the nearest neighbours, m = 1, and m is %g", s->m);
+    if (bonds->grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order 4 has no weights of rings: axisymmetric flow has order 2");
+    sharp->bonds = bonds;
+    for (int d = 0; d < PD_DIM; d++) {
+        for (int b = 0; b < PD_DIM; b++)
+            for (int k = 0; k < s->count; k++) {
+                double n = s->offset[k * PD_DIM + b];
+                sharp->third[d][b] += s->grad[k * PD_DIM + d] * s->xi[k * PD_DIM + d] * n * n;
+            }
+        sharp->facing[d][0] = pdi_sharp_find(s, d, d, 1);
+        for (int m = 0; m < PD_DIM - 1; m++)
+            for (int side = 0; side < 2; side++)
+                sharp->facing[d][1 + 2 * m + side] = pdi_sharp_find(s, d, m < d ? m : m + 1, side ? 1 : -1);
+    }
+    pd_status status = pdi_owner_build(ctx, pdi_sharp_list, sharp);
+    if (status < 0) pdi_sharp_free(ctx, sharp);
+    else pdi_sharp_update(sharp);
+    return status;
+}
+
+PDI_FN void pdi_sharp_free(pd_ctx *ctx, pd_sharp *sharp)
+{
+    pdi_owner_free(ctx, pdi_sharp_list, sharp);
+    memset(sharp, 0, sizeof *sharp);
+}
+PDI_COLD_END
