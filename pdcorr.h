@@ -51589,7 +51589,12 @@ static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
     if (q->criterion.critical > 0.0) pdi_monitor_put(m, "released", unit, q->released);
     if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
-    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "broken", "-", (double)q->broken);
+    if (q->criterion.critical > 0.0) {
+        pd_criterion_bond first;
+        pd_criterion_first(ctx, &model->structure.rest.criterion, q->u, &first);
+        pdi_monitor_put(m, "broken", "-", (double)q->broken);
+        pdi_monitor_put(m, "next_break", "-", first.factor);
+    }
     pdi_monitor_put(m, "parted", "s", q->parted);
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }
