@@ -87,6 +87,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 2
     &crack_case,
     &specimen_case,
+    &toughness_case,
     &branching_case,
 #endif
 };

@@ -255,6 +255,80 @@ static const val_case specimen_case = {
     "Tada, Paris and Irwin 2000, 2.10; ASTM E 399: both to 0.5 %",
     specimen_parts, 2};
 
+/* ---- toughness ---- */
+
+#define TOUGHNESS_END 22e-6 /* [m] a tip that is here has run */
+
+/* J of the crack of a strip at rest at time t while it has not run, and where its tip is: others begin where the grips
+ * end. */
+static pd_status toughness_at(val_job *job, pd_sim *sim, double t, double *tip, double *j)
+{
+    static const double way[2] = {1.0, 0.0}, cut[4] = {0.0, 0.0, 16e-6, 0.0};
+    pd_structure *s = &sim->model.structure;
+    pd_crack_desc crack;
+    memset(&crack, 0, sizeof crack);
+    PDI_TRY(pd_quasi_static_to(job->ctx, &s->rest, t));
+    pd_status status = pdi_crack_follow(job->ctx, &s->body, 2, cut, s->stiff, way, tip);
+    if (status < 0 || tip[0] > TOUGHNESS_END) return status;
+    memcpy(crack.tip, tip, sizeof crack.tip);
+    crack.way[0] = 1.0;
+    crack.inner = 0.15 * 16e-6;
+    crack.outer = 0.45 * 16e-6;
+    return pd_crack_j(job->ctx, &s->solid, &crack, s->rest.u, j);
+}
+
+/* A strip of 16 um between its grips, n cells high, of a metal whose cracks take 0.06 J/m2; Poisson's ratio is p. The
+ * load grows in steps of 1 % until the crack has gone on by 6 um. The largest J at rest on the way. */
+static pd_status toughness_run(val_job *job)
+{
+    char text[1024];
+    double nu = job->level.p, h = 16.0 / job->level.n, tip[2] = {0.0, 0.0}, j = 0.0, most = 0.0;
+    double stiffness = 45e9 * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    double asked = 16e-6 * sqrt(2.0 * 0.06 / (stiffness * 16e-6)) / 1e-9;
+    pd_sim *sim = (pd_sim *)calloc(1, sizeof *sim);
+    if (!sim) return PD_ERR_MEMORY;
+    snprintf(text, sizeof text,
+             "[grid] h = %.9g um  box = 0 um .. 40 um, -10 um .. 10 um\n"
+             "[shape bar] box = 0 um .. 40 um, -10 um .. 10 um  kind = solid\n"
+             "[shape low] box = 0 um .. 40 um, -10 um .. -8 um  kind = grip  ux = 0 um  uy = 0 um\n"
+             "[shape up] box = 0 um .. 40 um, 8 um .. 10 um  kind = grip  ux = 0 um  uy = 1 nm * t/(1 s)\n"
+             "[solid] E = 45 GPa  nu = %g  m = %g  toughness = 0.06 J/m2  rtol = 1e-6\n"
+             "[cut a] points = 0 um, 0 um, 16 um, 0 um\n[run] until = 99 s\n", h, nu, job->level.m);
+    pd_status status = pd_sim_open(job->ctx, text, NULL, 0, sim);
+    for (double t = 0.8 * asked; status == PD_OK && tip[0] < TOUGHNESS_END && t < 2.0 * asked; t *= 1.01) {
+        most = fmax(most, j);
+        status = toughness_at(job, sim, t, tip, &j);
+    }
+    job->out->h = 1e-6 * h;
+    job->out->err[0] = fabs(most / 0.06 - 1.0);
+    pd_sim_close(job->ctx, sim);
+    free(sim);
+    return status;
+}
+
+static const val_part toughness_cells = {
+    "cells", "m = 2, nu = 0.3, finer cells", "cells from grip to grip", VAL_BY_N, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{16, 2.0, 0.3}, {24, 2.0, 0.3}, {32, 2.0, 0.3}, {48, 2.0, 0.3}}, 4, 1, toughness_run, NULL};
+static const val_part toughness_ratios = {
+    "ratios", "m = 2, 24 cells, Poisson's ratio", "nu", VAL_BY_P, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{24, 2.0, 0.0}, {24, 2.0, 0.2}, {24, 2.0, 0.4}, {24, 2.0, 0.45}}, 4, 1, toughness_run, NULL};
+static const val_part toughness_horizons = {
+    "horizons", "24 cells, nu = 0.3, horizon", "m", VAL_BY_M, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{24, 1.0, 0.3}, {24, 1.5, 0.3}, {24, 2.5, 0.3}, {24, 3.0, 0.3}}, 4, 1, toughness_run, NULL};
+static const val_part *const toughness_parts[] = {&toughness_cells, &toughness_ratios, &toughness_horizons};
+
+static const val_case toughness_case = {
+    "toughness", "Energy at which a crack runs",
+    "A strip with a cut whose edges are pulled apart, at rest, as a scene with `toughness`: the largest J, by the "
+    "domain integral, that the crack bears before it has gone on by 6 um, over the toughness.",
+    "A critical energy of bonds that is that of a cut and not of a crack that runs, one that depends on the spacing, on "
+    "Poisson's ratio or on the horizon.",
+    "the toughness that the scene asks for; J of Rice 1968",
+    toughness_parts, 3};
+
 /* ---- branching ---- */
 
 /* Points of the crack, the farthest of them, whether it has two branches. */
