@@ -31370,17 +31370,6 @@ static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u,
     }
 }
 
-static void pdi_ordinary_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
-{
-    const pd_ordinary *o = (const pd_ordinary *)self;
-    (void)ctx;
-    for (int32_t i = 0; i < o->body->count; i++) {
-        double part = o->desc.stiff ? o->desc.stiff[i] : 1.0;
-        lambda[i] = part * o->lambda;
-        mu[i] = part * o->mu;
-    }
-}
-
 static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -31644,7 +31633,6 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
     s.force = pdi_ordinary_force;
     s.tangent = pdi_ordinary_tangent;
     s.blocks = pdi_ordinary_blocks;
-    s.moduli = pdi_ordinary_moduli;
     s.energy = pdi_ordinary_energy;
     s.density = pdi_ordinary_density;
     s.bond_energy = pdi_ordinary_bond_energy;

@@ -263,6 +263,7 @@ TEST(derivative)
         double largest = 0.0;
         noise(s, du, 3);
         noise(s, flow->u, 5);
+        pd_ghosts_vector(&flow->bonds->ghosts, du); /* in 3D two sides are periodic */
         pdi_flow_prepare(&s->ctx, flow);
         pdi_sharp_bend(&s->ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
         pdi_flow_advecting(&s->ctx, flow, du, flow->sharp.bend_step, advecting);
