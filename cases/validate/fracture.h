@@ -324,8 +324,8 @@ static const val_case toughness_case = {
     "toughness", "Energy at which a crack runs",
     "A strip with a cut whose edges are pulled apart, at rest, as a scene with `toughness`: the largest J, by the "
     "domain integral, that the crack bears before it has gone on by 6 um, over the toughness.",
-    "A critical energy of bonds that is that of a cut and not of a crack that runs, or one that depends on the spacing, "
-    "on Poisson's ratio or on the horizon.",
+    "A critical energy of bonds that is that of a cut and not of a crack that runs, or one that depends on the "
+    "spacing, on Poisson's ratio or on the horizon.",
     "the toughness that the scene asks for; J of Rice 1968",
     toughness_parts, 3};
 
