@@ -114,19 +114,20 @@ static void stretches(const scene_case *c, double *along, double *across)
     *across = 1.0 + (u[d * PD_DIM + 1] - u[a * PD_DIM + 1]) / 3e-6;
 }
 
-/* A bar under a tenth of E, as it would be of rubber: the dead load is the first stress of Piola and Kirchhoff of the
+/* A bar under a tenth of E (3D: a hundredth), as it would be of rubber: the dead load is the first stress of Piola and Kirchhoff of the
  * stretches that it has, and nothing pulls across. */
 TEST(large_strains)
 {
     double mu = 200e9 / 2.6, lambda = 200e9 * 0.3 / (1.3 * 0.4), bulk = lambda + 2.0 * mu / 3.0, a, b;
-    scene_case *c = pull("material = neo_hookean", "20 GPa");
+    double load = PD_DIM == 3 ? 2e9 : 20e9;
+    scene_case *c = pull("material = neo_hookean", PD_DIM == 3 ? "2 GPa" : "20 GPa");
     if (!c) return;
     stretches(c, &a, &b);
     double swell = log(a * b * b); /* both ways across are alike */
     NOTE("neo-Hookean: stretches of %.6f and %.6f", a, b);
-    CHECK_REL(mu * (a - 1.0 / a) + lambda * swell / a, 20e9, 1e-6);
-    CHECK_NEAR(mu * (b - 1.0 / b) + lambda * swell / b, 0.0, 20e3);
-    CHECK_REL(c->model.structure.stress[0] * b * b, 20e9, 1e-6);
+    CHECK_REL(mu * (a - 1.0 / a) + lambda * swell / a, load, 1e-6);
+    CHECK_NEAR(mu * (b - 1.0 / b) + lambda * swell / b, 0.0, 1e-6 * load);
+    CHECK_REL(c->model.structure.stress[0] * b * b, load, 1e-6);
     end(c);
     if (PD_DIM == 3) return; /* minutes */
     c = pull("material = hencky", "20 GPa");
