@@ -114,8 +114,8 @@ static void stretches(const scene_case *c, double *along, double *across)
     *across = 1.0 + (u[d * PD_DIM + 1] - u[a * PD_DIM + 1]) / 3e-6;
 }
 
-/* A bar under a tenth of E (3D: a hundredth), as it would be of rubber: the dead load is the first stress of Piola and Kirchhoff of the
- * stretches that it has, and nothing pulls across. */
+/* A bar under a tenth of E (3D: a hundredth), as it would be of rubber: the dead load is the first stress of Piola and
+ * Kirchhoff of the stretches that it has, and nothing pulls across. */
 TEST(large_strains)
 {
     double mu = 200e9 / 2.6, lambda = 200e9 * 0.3 / (1.3 * 0.4), bulk = lambda + 2.0 * mu / 3.0, a, b;

@@ -58,7 +58,7 @@ static void kernels_product(void *user)
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
     pdi_jacobian_step step;
     pdi_flow_gradient(k->ctx, flow, flow->p, flow->grad);
-    pdi_flow_advecting(k->ctx, flow, flow->u, k->other);
+    pdi_flow_advecting(k->ctx, flow, flow->u, NULL, k->other);
     step.advecting = k->other;
     step.u = flow->u;
     step.p = flow->p;
