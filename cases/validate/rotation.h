@@ -112,7 +112,7 @@ static pd_status rotation_wave_run(val_job *job) { return rotation_run(job, rota
 
 static const val_part rotation_wave_part = {
     "wave", "Wave along the diagonal of a uniform stream", "cells", VAL_BY_N, NULL, 2.0, ROTATION_MEASURES,
-    {{1, 0.0, 1.9, 0, VAL_GOAL}, {2, 1e-14, 0.0, 0, VAL_GOAL}, {1, 0.3, 0.0, 0, VAL_GUARD}}, 3,
+    {{1, 0.0, 1.9, 0, VAL_GOAL_OF_ALL}, {2, 1e-14, 0.0, 0, VAL_GOAL}, {1, 0.3, 0.0, 0, VAL_GUARD}}, 3,
     {{16, 1.0, 0.0}, {32, 1.0, 0.0}, {64, 1.0, 0.0}, {128, 1.0, 0.0}}, 4, 2, rotation_wave_run,
     "Summits lose what the limiter takes from them, with a power of h of 1.5; the rest is of second order."};
 
