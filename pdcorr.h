@@ -29485,7 +29485,7 @@ typedef struct pdi_crack {
     double *gradient; /* [count][PD_DIM^2] [-] of u, by correspondence */
     double *force;    /* [count][PD_DIM] [N/m3] */
     double *stress;   /* [count][PD_DIM^2] [Pa] of materials without bonds that pull */
-    double *density;  /* [count] [J/m3] */
+    double *density;  /* [count] [J/m3] of materials with bonds that pull */
 } pdi_crack;
 
 static void pdi_crack_list(pdi_owner *owner, void *object)
@@ -29496,7 +29496,7 @@ static void pdi_crack_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
     PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
     PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
-    PDI_ARRAY(owner, crack, density, crack->count, "J/m3");
+    PDI_ARRAY(owner, crack, density, crack->solid->pull ? crack->count : 0, "J/m3");
 }
 
 /* Scale to length 1. 0: it has none. */
@@ -29614,11 +29614,12 @@ static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
 static double pdi_crack_local(const pdi_crack *c, int64_t i)
 {
     const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
-    double along[PD_DIM], sum = 0.0, density = c->density[i];
+    double along[PD_DIM], sum = 0.0, density = 0.0;
     pdi_crack_along(c, i, along);
-    for (int p = 0; p < PDI_CRACK_TENSOR; p++) sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
-    for (int p = 0; p < PDI_CRACK_TENSOR; p++)
+    for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
+        sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
         density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
+    }
     return sum - density * pdi_vec_dot(slope, c->desc.way);
 }
 
