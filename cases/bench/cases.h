@@ -7,6 +7,7 @@
 #include "solid.h"
 #include "neighbour.h"
 #include "study.h"
+#include "horizon.h"
 
 static const bench_case *const bench_cases[] = {
 #if PD_DIM == 2
@@ -20,6 +21,7 @@ static const bench_case *const bench_cases[] = {
 #if PD_DIM < 3
     &study_case,
 #endif
+    &horizon_case,
     &triad_case,
     &kernels_case,
 #if PD_DIM > 1

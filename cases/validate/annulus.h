@@ -145,12 +145,12 @@ static pd_status annulus_sherwood_run(val_job *job)
 #define ANNULUS_FLOW_PART(name, title, kappa, quick, guard, miss) \
     {name, title, "cells in the gap", VAL_BY_N, NULL, 2.0, {{"err_l2", "u, L2"}, {"err_max", "largest u"}}, 2, \
      {{0, 1e-4, 0.0, 40, VAL_GOAL}, {0, 0.0, 1.8, 0, VAL_GOAL_OF_ALL}, {0, guard, 0.0, 0, VAL_GUARD}}, 3, \
-     {{20, 3.0, kappa}, {40, 3.0, kappa}, {80, 3.0, kappa}}, 3, quick, annulus_flow_run, miss}
+     {{20, 1.0, kappa}, {40, 1.0, kappa}, {80, 1.0, kappa}}, 3, quick, annulus_flow_run, miss}
 #define ANNULUS_SHERWOOD_PART(name, title, kappa) \
     {name, title, "cells in the gap", VAL_BY_N, NULL, 2.0, \
      {{"err_rel", "Sherwood number"}, {"change", "change of the last step"}}, 2, \
      {{0, 1e-2, 0.0, 40, VAL_GOAL}, {0, 0.1, 0.0, 0, VAL_GUARD}}, 2, \
-     {{20, 3.0, kappa}, {40, 3.0, kappa}, {80, 3.0, kappa}}, 3, 2, annulus_sherwood_run, NULL}
+     {{20, 1.0, kappa}, {40, 1.0, kappa}, {80, 1.0, kappa}}, 3, 2, annulus_sherwood_run, NULL}
 
 static const val_part annulus_flow_1 = ANNULUS_FLOW_PART(
     "flow_01", "flow, kappa = 0.1", 0.1, 1, 4e-3,

@@ -141,24 +141,18 @@ static pd_status cylinder_between_run(val_job *job)
 static const val_part cylinder_part = {
     "aligned", "lattice that fits the cylinder", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
     CYLINDER_ORDERS,
-    {{10, 3.0, 0.0}, {20, 3.0, 0.0}, {40, 3.0, 0.0}}, 3, 1, cylinder_run,
-    "The error of the drag goes with the square of the horizon, 0.25 (m h/D)^2 (see m = 1 below). In front of the "
-    "cylinder the boundary layer is as thick as the horizon at 20 to 40 cells, and the pressure there is low."};
-static const val_part cylinder_near_part = {
-    "near", "the same with the nearest neighbours, m = 1", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
-    CYLINDER_ORDERS, {{10, 1.0, 0.0}, {20, 1.0, 0.0}, {40, 1.0, 0.0}}, 3, 1, cylinder_run,
+    {{10, 1.0, 0.0}, {20, 1.0, 0.0}, {40, 1.0, 0.0}}, 3, 1, cylinder_run,
     "Five nodes on one side of a wall hardly determine the bend of the pressure, which is extrapolated from there."};
 static const val_part cylinder_between_part = {
     "between", "264 by 50 cells and finer ones of that ratio", "D/h", VAL_BY_N, NULL, 2.0, CYLINDER_ERRORS,
-    CYLINDER_GOALS, {{12, 3.0, 0.0}, {20, 3.0, 0.0}, {24, 3.0, 0.0}}, 3, 1, cylinder_between_run,
+    CYLINDER_GOALS, {{12, 1.0, 0.0}, {20, 1.0, 0.0}, {24, 1.0, 0.0}}, 3, 1, cylinder_between_run,
     "The lift is 0.2 % of the drag and changes sign from lattice to lattice: within 3 (h/D)^2, 0.0075 at 20 cells."};
 static const val_part cylinder_offset_part = {
     "offset", "lattice that cuts the cylinder anywhere, 20 cells", "cells more", VAL_BY_P, "cells more than fit", 0.0,
     CYLINDER_ERRORS, CYLINDER_ANYWHERE,
-    {{20, 3.0, 1.0}, {20, 3.0, 2.0}, {20, 3.0, 3.0}, {20, 3.0, 4.0}}, 4, 1, cylinder_offset_run,
-    "As above: the horizon for drag and pressure, the lattice for the lift."};
-static const val_part *const cylinder_parts[] = {&cylinder_part, &cylinder_near_part, &cylinder_between_part,
-                                                 &cylinder_offset_part};
+    {{20, 1.0, 1.0}, {20, 1.0, 2.0}, {20, 1.0, 3.0}, {20, 1.0, 4.0}}, 4, 1, cylinder_offset_run,
+    "As above: the bend of the pressure, and the lattice for the lift."};
+static const val_part *const cylinder_parts[] = {&cylinder_part, &cylinder_between_part, &cylinder_offset_part};
 #else
 static pd_status cylinder_run(val_job *job)
 {

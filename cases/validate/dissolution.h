@@ -51,7 +51,8 @@ static pd_status rate_front(val_job *job, const int *direction, double *error)
     val_law law = {RATE_SPEED, 0.0};
     int ones = 0, n = job->level.n, band = n / 5, lines = 1;
     memset(lab, 0, sizeof *lab);
-    lab_box(lab, RATE_EDGE / n, job->level.m, 0.0, RATE_EDGE);
+    lab_box(lab, RATE_EDGE / n, 1.0, 0.0, RATE_EDGE);
+    lab->surface_m = job->level.m;
     lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_SHAPE_HALF_SPACE;
     for (int d = 0; d < PD_DIM; d++) {
@@ -167,6 +168,7 @@ static pd_status ledger_run(val_job *job)
     pd_material metal;
     if (!pd_material_find("mg4ag", &metal)) return PD_ERR_ARGUMENT;
     ledger_scene(job, &law);
+    lab->surface_m = 3.0;
     lab->transport_desc.diffusivity = 1e-9;
     lab->dissolve_desc.solid = pd_material_concentration(&metal);
     lab->dissolve_desc.rate = dissolution_law;
@@ -188,7 +190,7 @@ static const val_part ledger_part = {
 #if PD_DIM == 3
     {{12, 2.0, 3600.0}, {12, 2.0, 7200.0}}, 2, 1,
 #else
-    {{24, 3.0, 3600.0}, {24, 3.0, 7200.0}}, 2, 2,
+    {{24, 1.0, 3600.0}, {24, 1.0, 7200.0}}, 2, 2,
 #endif
     ledger_run, NULL};
 static const val_part *const ledger_parts[] = {&ledger_part};

@@ -118,13 +118,13 @@ static pd_status poiseuille_run(val_job *job)
 }
 
 static const val_part poiseuille_across = {
-    "across", "m = 3", "nodes across", VAL_BY_N, NULL, 0.0, FLOW_ERRORS,
+    "across", "nearest neighbours", "nodes across", VAL_BY_N, NULL, 0.0, FLOW_ERRORS,
     {{0, 1e-6, 0.0, 0, VAL_GOAL}, {1, 1e-6, 0.0, 0, VAL_GOAL}}, 2,
-    {{15, 3.0, 0.0}, {30, 3.0, 0.0}, {60, 3.0, 0.0}}, 3, 2, poiseuille_run, NULL};
+    {{15, 1.0, 0.0}, {30, 1.0, 0.0}, {60, 1.0, 0.0}}, 3, 2, poiseuille_run, NULL};
 static const val_part poiseuille_horizons = {
     "horizons", "other horizons", "m", VAL_BY_M, "m", 0.0, FLOW_ERRORS,
     {{0, 1e-6, 0.0, 0, VAL_GOAL}, {1, 1e-6, 0.0, 0, VAL_GOAL}}, 2,
-    {{60, 2.0, 0.0}, {60, 4.0, 0.0}}, 2, 0, poiseuille_run, NULL};
+    {{60, 2.0, 0.0}, {60, 3.0, 0.0}, {60, 4.0, 0.0}}, 3, 0, poiseuille_run, NULL};
 static const val_part *const poiseuille_parts[] = {&poiseuille_across, &poiseuille_horizons};
 
 static const val_case poiseuille_case = {
@@ -202,7 +202,7 @@ static const val_part flux_part = {
     "", "", "nodes across", VAL_BY_N, NULL, 2.0, {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,
     {{0, 1e-6, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 60, VAL_GOAL}, {1, 0.0, 1.8, 30, VAL_GOAL},
      {1, 2.5e-2, 0.0, 0, VAL_GUARD}}, 4,
-    {{30, 3.0, 0.0}, {60, 3.0, 0.0}, {120, 3.0, 0.0}}, 3, 1, flux_run,
+    {{30, 1.0, 0.0}, {60, 1.0, 0.0}, {120, 1.0, 0.0}}, 3, 1, flux_run,
     "The flux of bonds, which the scheme conserves, is equal to rounding everywhere. The sum of node velocities over a "
     "layer is a midpoint rule for the flux, and at the edges of the pin, solid angles of 90 degrees, the velocity "
     "grows as r^0.544 with the distance (H. K. Moffatt, J. Fluid Mech. 18, 1964). A midpoint rule is of order 1.54 "
@@ -213,7 +213,7 @@ static const val_part flux_round = {
     {{"flux", "far down against far up"}, {"flux_max", "largest"}}, 2,
     {{0, 1e-6, 0.0, 0, VAL_GOAL}, {1, 1e-2, 0.0, 60, VAL_GOAL}, {1, 0.0, 1.8, 60, VAL_GOAL},
      {1, 2.5e-2, 0.0, 0, VAL_GUARD}}, 4,
-    {{30, 3.0, 1.0}, {60, 3.0, 1.0}, {120, 3.0, 1.0}}, 3, 1, flux_run, NULL};
+    {{30, 1.0, 1.0}, {60, 1.0, 1.0}, {120, 1.0, 1.0}}, 3, 1, flux_run, NULL};
 static const val_part *const flux_parts[] = {&flux_part, &flux_round};
 
 static const val_case flux_case = {
@@ -255,7 +255,7 @@ static pd_status hagen_run(val_job *job)
 static const val_part hagen_part = {
     /* an exact discrete solution: what is left is the residual, and has no order */
     "", "", "R/h", VAL_BY_N, NULL, 0.0, FLOW_ERRORS, {{0, 5e-3, 0.0, 20, VAL_GOAL}, {0, 1e-9, 0.0, 0, VAL_GUARD}}, 2,
-    {{8, 3.0, 0.0}, {12, 3.0, 0.0}, {16, 3.0, 0.0}, {20, 3.0, 0.0}}, 4, 2, hagen_run, NULL};
+    {{8, 1.0, 0.0}, {12, 1.0, 0.0}, {16, 1.0, 0.0}, {20, 1.0, 0.0}}, 4, 2, hagen_run, NULL};
 static const val_part *const hagen_parts[] = {&hagen_part};
 
 static const val_case hagen_case = {

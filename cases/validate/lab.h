@@ -16,6 +16,7 @@ typedef enum val_build {
 
 typedef struct val_lab {
     pd_stencil_desc stencil_desc;
+    double surface_m; /* [-] horizon of the surface of metal; 0: that of the stencil */
     pd_grid_desc grid_desc;
     pd_shape shapes[4];
     pd_flow_desc flow_desc;
@@ -25,7 +26,7 @@ typedef struct val_lab {
     pd_couple_desc couple_desc;
     pd_implicit_desc implicit_desc;
     pd_gas_desc gas_desc;
-    pd_stencil stencil;
+    pd_stencil stencil, across; /* across: of the surface of metal */
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
@@ -53,12 +54,22 @@ static void lab_box(val_lab *lab, double h, double m, double lo, double hi)
     }
 }
 
+/* The family of the surface; ghosts as deep as it reaches. */
+static pd_status lab_across(pd_ctx *ctx, val_lab *lab)
+{
+    pd_stencil_desc family = lab->stencil_desc;
+    family.m = fmax(family.m, lab->surface_m);
+    lab->grid_desc.ghost = (int)ceil(family.m + 0.5) - 1;
+    return pd_stencil_build(ctx, &family, &lab->across);
+}
+
 static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
 {
     pd_flow *flow = parts & VAL_FLOW ? &lab->flow : NULL;
     pd_steady *steady = parts & VAL_STEADY ? &lab->steady : NULL;
     pd_dissolve *dissolve = parts & VAL_DISSOLVE ? &lab->dissolve : NULL;
     PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
+    if (dissolve) PDI_TRY(lab_across(ctx, lab));
     PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
     PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_AT_REST, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
@@ -70,7 +81,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
         PDI_TRY(pd_transport_build(ctx, &lab->grid, &lab->bonds, flow, &lab->transport_desc, &lab->transport));
     if (dissolve)
         PDI_TRY(
-            pd_dissolve_build(ctx, &lab->grid, &lab->stencil, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
+            pd_dissolve_build(ctx, &lab->grid, &lab->across, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
         PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid,
                                 lab->transport_desc.given ? NULL : &lab->bonds, &lab->couple));
@@ -101,6 +112,7 @@ static void lab_free(pd_ctx *ctx, val_lab *lab)
     pd_flow_free(ctx, &lab->flow);
     pd_bonds_free(ctx, &lab->bonds);
     pd_grid_free(ctx, &lab->grid);
+    pd_stencil_free(ctx, &lab->across);
     pd_stencil_free(ctx, &lab->stencil);
 }
 

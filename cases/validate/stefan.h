@@ -35,6 +35,7 @@ static pd_status stefan_build(val_job *job, double bottom, double width, val_law
 {
     val_lab *lab = job->lab;
     stefan_metal(job, bottom, width);
+    lab->surface_m = 3.0;
     lab->transport_desc.diffusivity = STEFAN_D;
     lab->transport_desc.held = stefan_held;
     lab->dissolve_desc.solid = STEFAN_CS;
@@ -107,17 +108,17 @@ static const val_part stefan_surface_part = {
     "surface", "Surface rate", "8 um/h", VAL_BY_N, NULL, 1.0,
 #if PD_DIM == 3
     {{"err_10s", "10 s"}}, 1, {{0, 1e-2, 0.0, 4, VAL_GOAL}, {0, 3e-2, 0.0, 2, VAL_GUARD}}, 2,
-    {{1, 3.0, 0.0}, {2, 3.0, 0.0}, {4, 3.0, 0.0}}, 3, 2,
+    {{1, 1.0, 0.0}, {2, 1.0, 0.0}, {4, 1.0, 0.0}}, 3, 2,
 #elif PD_DIM == 2
     {{"err_10s", "10 s"}, {"err_100s", "100 s"}}, 2,
     {{0, 1e-2, 0.0, 8, VAL_GOAL}, {1, 1e-2, 0.0, 8, VAL_GOAL}, {0, 6e-2, 0.0, 2, VAL_GUARD},
      {1, 3e-2, 0.0, 2, VAL_GUARD}}, 4,
-    {{1, 3.0, 0.0}, {2, 3.0, 0.0}, {4, 3.0, 0.0}, {8, 3.0, 0.0}}, 4, 2,
+    {{1, 1.0, 0.0}, {2, 1.0, 0.0}, {4, 1.0, 0.0}, {8, 1.0, 0.0}}, 4, 2,
 #else
     {{"err_10s", "10 s"}, {"err_100s", "100 s"}, {"err_300s", "300 s"}}, 3,
     {{0, 1e-2, 0.0, 16, VAL_GOAL}, {1, 1e-2, 0.0, 16, VAL_GOAL}, {2, 1e-2, 0.0, 16, VAL_GOAL},
      {0, 3e-2, 0.0, 4, VAL_GUARD}, {2, 9e-3, 0.0, 4, VAL_GUARD}}, 5,
-    {{1, 3.0, 0.0}, {2, 3.0, 0.0}, {4, 3.0, 0.0}, {8, 3.0, 0.0}, {16, 3.0, 0.0}}, 5, 3,
+    {{1, 1.0, 0.0}, {2, 1.0, 0.0}, {4, 1.0, 0.0}, {8, 1.0, 0.0}, {16, 1.0, 0.0}}, 5, 3,
 #endif
     stefan_run, STEFAN_MISS};
 /* ---- bond-based, in implicit steps ---- */

@@ -72,7 +72,7 @@ static const val_part wire_part = {
     {{"rms", "RMS [% of volume]"}, {"largest", "largest difference [% of volume]"},
      {"of_spread", "largest difference over the spread of its scan"}}, 3,
     {{2, 1.0, 0.0, 4, VAL_GOAL}, {0, 0.5, 0.0, 4, VAL_GOAL}}, 2,
-    {{4, 3.0, 0.0}, {8, 3.0, 0.0}, {16, 3.0, 0.0}}, 3, 2, wire_run, NULL};
+    {{4, 1.0, 0.0}, {8, 1.0, 0.0}, {16, 1.0, 0.0}}, 3, 2, wire_run, NULL};
 static const val_part *const wire_parts[] = {&wire_part};
 
 static const val_case wire_case = {
