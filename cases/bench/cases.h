@@ -7,6 +7,7 @@
 #include "solid.h"
 #include "neighbour.h"
 #include "study.h"
+#include "volumes.h"
 #include "horizon.h"
 
 static const bench_case *const bench_cases[] = {

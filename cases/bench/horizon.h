@@ -1,8 +1,9 @@
-/* horizon: error against time with the horizons 1 to 3 of the fluid, in cases of `validate`. */
+/* horizon: error against time with the horizons 1 to 3 of the fluid, in cases of `validate`; beside them flow of fourth
+ * order and plain finite volumes. */
 #ifndef BENCH_HORIZON_H
 #define BENCH_HORIZON_H
 
-enum { HORIZON_MOST = 3 };
+enum { HORIZON_MOST = 3, HORIZON_FOURTH = HORIZON_MOST, HORIZON_VOLUMES, HORIZON_FAMILIES };
 
 /* Processor time [s] of a run after which a horizon gets no finer lattice. */
 #define HORIZON_LONG 15.0
@@ -13,41 +14,51 @@ typedef struct horizon_problem {
     int measure; /* of the part */
     double p;    /* parameter of all levels, with n */
     int n[5];    /* resolutions in place of those of the part; 0: none */
+    const val_part *fourth; /* the same with flow of fourth order; NULL: none */
+    pd_status (*volumes)(pd_ctx *ctx, int n, double p, double *err); /* NULL: none */
 } horizon_problem;
+
+#if PD_DIM == 2
+#define HORIZON_OF_2D(volumes) volumes
+#else
+#define HORIZON_OF_2D(volumes) NULL
+#endif
 
 static const horizon_problem horizon_problems[] = {
 #if PD_DIM == 2
-    {&cavity_part_400, "cavity_400", "Lid-driven cavity, Re = 400", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}},
-    {&cavity_part_1000, "cavity_1000", "Lid-driven cavity, Re = 1000", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}},
-    {&cavity_part_3200, "cavity_3200", "Lid-driven cavity, Re = 3200", "u, largest error [-]", 0, 0.0, {48, 64, 96, 128}},
-    {&taylor_part, "taylor_green", "Decaying vortices", "error of u [-]", 0, 0.0, {16, 24, 32, 48, 64}},
-    {&startup_poiseuille, "startup", "Start-up between plates", "error of u [-]", 0, 0.0, {0}},
-    {&cylinder_part, "cylinder", "Cylinder in a channel, Re = 20", "error of the drag [-]", 0, 0.0, {0}},
-    {&flux_round, "pin", "Flux past a pin with round ends", "largest error of a layer [-]", 1, 0.0, {0}},
-    {&annulus_flow_1, "annulus", "Flow around a wire in a tube", "error of u, L2 [-]", 0, 0.0, {0}},
-    {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube", "error of Sh [-]", 0, 0.0, {0}},
-    {&graetz_two_part, "graetz", "Mass transfer in a channel", "error of Sh [-]", 0, 0.0, {0}},
-    {&turn_near, "turn_10", "Half a turn, Pe = 10", "c, largest error [-]", 0, 10.0, {10, 20, 40, 80, 160}},
-    {&turn_near, "turn_100", "Half a turn, Pe = 100", "c, largest error [-]", 0, 100.0, {10, 20, 40, 80, 160}},
-    {&turn_near, "turn_1e6", "Half a turn, Pe = 1e6", "c, largest error [-]", 0, 1e6, {10, 20, 40, 80, 160}},
-    {&rotation_cone_part, "cone", "A cone after one turn", "c, L1 over that of the cone [-]", 0, 0.0, {25, 50, 100}},
-    {&rotation_disc_part, "disc", "A slotted disc after one turn", "c, L1 over that of the disc [-]", 0, 0.0, {25, 50, 100}},
+    {&cavity_part_400, "cavity_400", "Lid-driven cavity, Re = 400", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, NULL, volumes_cavity_400},
+    {&cavity_part_1000, "cavity_1000", "Lid-driven cavity, Re = 1000", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, &cavity_part_fourth, volumes_cavity_1000},
+    {&cavity_part_3200, "cavity_3200", "Lid-driven cavity, Re = 3200", "u, largest error [-]", 0, 0.0, {48, 64, 96, 128}, NULL, NULL},
+    {&taylor_part, "taylor_green", "Decaying vortices", "error of u [-]", 0, 0.0, {16, 24, 32, 48, 64}, NULL, NULL},
+    {&startup_poiseuille, "startup", "Start-up between plates", "error of u [-]", 0, 0.0, {0}, NULL, NULL},
+    {&cylinder_part, "cylinder", "Cylinder in a channel, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
+    {&flux_round, "pin", "Flux past a pin with round ends", "largest error of a layer [-]", 1, 0.0, {0}, NULL, NULL},
+    {&annulus_flow_1, "annulus", "Flow around a wire in a tube", "error of u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
+    {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
+    {&graetz_two_part, "graetz", "Mass transfer in a channel", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
+    {&turn_near, "turn_10", "Half a turn, Pe = 10", "c, largest error [-]", 0, 10.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&turn_near, "turn_100", "Half a turn, Pe = 100", "c, largest error [-]", 0, 100.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&turn_near, "turn_1e6", "Half a turn, Pe = 1e6", "c, largest error [-]", 0, 1e6, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&rotation_cone_part, "cone", "A cone after one turn", "c, L1 over that of the cone [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_cone},
+    {&rotation_disc_part, "disc", "A slotted disc after one turn", "c, L1 over that of the disc [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_disc},
 #endif
 #if PD_DIM == 3
-    {&hagen_part, "hagen", "Flow through a tube", "u, L2 [-]", 0, 0.0, {0}},
-    {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20", "error of the drag [-]", 0, 0.0, {0}},
-    {&channel_along, "channel", "Periodic channel", "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {0}},
+    {&hagen_part, "hagen", "Flow through a tube", "u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
+    {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
+    {&channel_along, "channel", "Periodic channel", "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {0}, NULL, NULL},
 #endif
 #if PD_DIM < 3
-    {&rotation_wave_part, "wave", "A wave in a uniform stream", "c, L1 over that of the wave [-]", 0, 0.0, {0}},
+    {&rotation_wave_part, "wave", "A wave in a uniform stream", "c, L1 over that of the wave [-]", 1, 0.0, {0}, NULL,
+     HORIZON_OF_2D(volumes_wave)},
 #endif
-    {&gauss_space, "gaussian", "A spreading Gaussian", "c, L2 [-]", 0, 0.0, {0}},
+    {&gauss_space, "gaussian", "A spreading Gaussian", "c, L2 [-]", 0, 0.0, {0}, NULL, HORIZON_OF_2D(volumes_gaussian)},
 };
 enum { HORIZON_PROBLEMS = (int)(sizeof horizon_problems / sizeof horizon_problems[0]) };
 
 typedef struct horizon_knobs {
     const horizon_problem *of;
     val_level level;
+    int fourth;
 } horizon_knobs;
 
 static pd_status horizon_once(bench *b, const void *knobs, study_point *p)
@@ -63,7 +74,7 @@ static pd_status horizon_once(bench *b, const void *knobs, study_point *p)
     job.level = k->level;
     job.lab = &lab;
     job.out = &out;
-    pd_status status = k->of->part->run(&job);
+    pd_status status = (k->fourth ? k->of->fourth : k->of->part)->run(&job);
     lab_free(b->ctx, &lab);
     p->err = out.err[k->of->measure];
     p->steps = (double)out.steps;
@@ -71,7 +82,14 @@ static pd_status horizon_once(bench *b, const void *knobs, study_point *p)
     return status;
 }
 
-/* Finer and finer lattices with one horizon, up to the first long run. */
+static pd_status horizon_volumes(bench *b, const void *knobs, study_point *p)
+{
+    const horizon_knobs *k = (const horizon_knobs *)knobs;
+    p->steps = p->evals = 0.0;
+    return k->of->volumes(b->ctx, k->level.n, k->level.p, &p->err);
+}
+
+/* Finer and finer lattices with one horizon or by another method, up to the first long run. */
 static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, int f)
 {
     const val_part *part = of->part;
@@ -83,13 +101,14 @@ static pd_status horizon_family(bench *b, study *s, const horizon_problem *of, i
         char knob[48];
         k.of = of;
         k.level = part->level[of->n[0] ? 0 : l];
-        k.level.m = f + 1.0;
+        k.level.m = f < HORIZON_MOST ? f + 1.0 : 1.0;
+        k.fourth = f == HORIZON_FOURTH;
         if (of->n[0]) {
             k.level.n = of->n[l];
             k.level.p = of->p;
         }
         snprintf(knob, sizeof knob, "n = %d", k.level.n);
-        PDI_TRY(study_measure(b, s, f, horizon_once, &k, knob));
+        PDI_TRY(study_measure(b, s, f, f == HORIZON_VOLUMES ? horizon_volumes : horizon_once, &k, knob));
         if (s->point[s->points - 1].cpu > HORIZON_LONG) break;
     }
     return PD_OK;
@@ -115,24 +134,25 @@ static double horizon_error(const study *s, int family, double time)
 /* One row: the errors in the time of the finest run with m = 1. Returns by how much another horizon is better. */
 static double horizon_row(bench *b, const study *s, const horizon_problem *of)
 {
-    double time = 0.0, error[HORIZON_MOST], least = HUGE_VAL;
+    double time = 0.0, error[HORIZON_FAMILIES], least = HUGE_VAL;
     table_row *row = bench_row(b);
     for (int k = 0; k < s->points; k++)
         if (s->point[k].family == 0) time = fmax(time, s->point[k].cpu);
-    for (int f = 0; f < HORIZON_MOST; f++) {
+    for (int f = 0; f < HORIZON_FAMILIES; f++) {
         error[f] = horizon_error(s, f, time);
-        if (f) least = fmin(least, error[f]);
+        if (f && f < HORIZON_MOST) least = fmin(least, error[f]);
     }
     table_cell(row, "%s", of->title);
     table_cell(row, "%.2f", time);
-    for (int f = 0; f < HORIZON_MOST; f++) table_cell(row, isfinite(error[f]) ? "%.2e" : "-", error[f]);
+    for (int f = 0; f < HORIZON_FAMILIES; f++) table_cell(row, isfinite(error[f]) ? "%.2e" : "-", error[f]);
     table_cell(row, isfinite(least) ? "%.2f" : "-", error[0] / least);
     return error[0] / least;
 }
 
 static pd_status horizon_run(bench *b)
 {
-    static const char *const words[] = {"case", "cpu [s]", "m = 1", "m = 2", "m = 3", "m = 1 over the best other"};
+    static const char *const words[] = {"case", "cpu [s]", "m = 1", "m = 2", "m = 3", "m = 1, order 4",
+                                        "finite volumes", "m = 1 over m = 2 or 3"};
     static study all[HORIZON_PROBLEMS];
     int worse = 0;
     char what[96];
@@ -140,16 +160,18 @@ static pd_status horizon_run(bench *b)
         const horizon_problem *of = &horizon_problems[p];
         study *s = &all[p];
         study_open(s, of->name, of->title, of->y_label);
-        s->families = HORIZON_MOST;
-        for (int f = 0; f < HORIZON_MOST; f++) {
-            static const char *const names[HORIZON_MOST] = {"m = 1", "m = 2", "m = 3"};
+        s->families = HORIZON_FAMILIES;
+        for (int f = 0; f < HORIZON_FAMILIES; f++) {
+            static const char *const names[HORIZON_FAMILIES] = {"m = 1", "m = 2", "m = 3", "m = 1, order 4",
+                                                                "finite volumes"};
             s->family[f] = names[f];
+            if ((f == HORIZON_FOURTH && !of->fourth) || (f == HORIZON_VOLUMES && !of->volumes)) continue;
             PDI_TRY(horizon_family(b, s, of, f));
         }
         study_close(b, s);
     }
     table_row *head = bench_row(b);
-    for (int k = 0; k < 6; k++) table_cell(head, "%s", words[k]);
+    for (int k = 0; k < 8; k++) table_cell(head, "%s", words[k]);
     for (int p = 0; p < HORIZON_PROBLEMS; p++) worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0;
     bench_table(b, "Errors in the same processor time, that of the finest run with m = 1");
     snprintf(what, sizeof what, "cases of %d in which a wider horizon has the smaller error", HORIZON_PROBLEMS);
@@ -161,7 +183,8 @@ static const bench_case horizon_case = {
     "horizon", "What a horizon costs and gives",
     "Cases of `validate` with m = 1, the default of fluids, and with wider horizons, on the same lattices: the error "
     "against the processor time of a run on one thread. A wider horizon has more bonds a node, so it is compared in the "
-    "same time, between its runs by a power of the time.",
+    "same time, between its runs by a power of the time. Finite volumes are plain ones of second order, written for this "
+    "comparison (`cases/bench/volumes.h`).",
     horizon_run};
 
 #endif
