@@ -155,6 +155,7 @@
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *     scan       words and numbers of a text, and failures that name its line.
  *     points     places with volumes and regions, and cells of meshes that become such points.
+ *     skin       the surface of a mesh, as the faces that one cell alone has.
  *     msh        cells of Gmsh files as points: MSH 2.2 and 4.1, as text.
  *     vtu        cells or points of VTK files of unstructured grids (XML) as points.
  *     mesh       points of a body from a file: a table, or the cells of a mesh.
@@ -6929,6 +6930,9 @@ typedef struct pd_points {
     double *position; /* [count][PD_DIM] [m] */
     double *volume;   /* [count] [m^d] */
     int32_t *tag;     /* [count] region; 0: none */
+    double *surface;  /* [count][PD_DIM] [m^(d-1)] outward area of those faces of a cell that no other cell has; points
+                       * of tables: 0. Under a stress P these faces bear the load P surface/volume [N/m3], under a
+                       * pressure p -p surface/volume */
 } pd_points;
 
 #define pd_points_free PD_NAME(pd_points_free)
@@ -6970,6 +6974,39 @@ PDI_FN int pdi_points_corners(pdi_cell_form form);
  * negative volume is good. */
 PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
                                int mirrored, int32_t tag, const char **fault);
+#endif
+
+#endif
+
+/* ======== >>io/skin.h ======== */
+/* skin: the surface of a mesh, as the faces that one cell alone has.
+ *
+ * Cells share a face where they share its nodes. A crack or a joint whose sides have nodes of their own is surface, and
+ * so is what lies between two pieces of a VTU file.
+ */
+#ifndef PD_SKIN_H
+#define PD_SKIN_H
+
+#ifdef PDI_INTERNAL
+/* A face of a cell. */
+typedef struct pdi_skin_face {
+    int64_t node[4];     /* ascending; INT64_MAX behind the last one */
+    double area[PD_DIM]; /* outward [of the file's unit to the power of PD_DIM - 1] */
+    int32_t cell;        /* the point that the cell has become */
+} pdi_skin_face;
+
+/* Faces on their way to a surface. Zero it at the start. */
+typedef struct pdi_skin {
+    int64_t count, room;
+    pdi_skin_face *face; /* [room] */
+} pdi_skin;
+
+/* The faces of a cell, which is the newest of the points. node: numbers of its corners. */
+PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *skin, pdi_cell_form form, const int64_t *node,
+                              const double *const *corner, int32_t cell);
+/* points->surface of all cells; lengths are times scale in metres. Ends the skin. */
+PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *skin, double scale, pd_points *points);
+PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
 #endif
 
 #endif
@@ -41253,6 +41290,7 @@ void pd_points_free(pd_ctx *ctx, pd_points *p)
     PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
     PDI_DELETE(ctx, p->room, p->volume);
     PDI_DELETE(ctx, p->room, p->tag);
+    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->surface);
     memset(p, 0, sizeof *p);
 }
 
@@ -41266,6 +41304,7 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
     pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.surface);
     if (status != PD_OK) {
         pd_points_free(ctx, &larger);
         return status;
@@ -41274,6 +41313,7 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
         memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
         memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
         memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
+        memcpy(larger.surface, p->surface, (size_t)p->count * PD_DIM * sizeof *p->surface);
     }
     pd_points_free(ctx, p);
     *p = larger;
@@ -41395,6 +41435,138 @@ PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form
 #undef PDI_POINTS_THIN
 #undef PDI_POINTS_FLAT
 
+/* ======== >>io/skin.c ======== */
+/* skin: see skin.h */
+#include <stdlib.h>
+#include <string.h>
+
+/* Corners of the faces of a form, around each of them so that the right hand points out of a cell of positive volume;
+ * -1 behind the last corner of a face. */
+typedef struct pdi_skin_form {
+    int faces;
+    int8_t corner[6][4];
+} pdi_skin_form;
+
+static const pdi_skin_form *pdi_skin_of(pdi_cell_form form)
+{
+    static const pdi_skin_form forms[8] = {
+        {0, {{0}}},
+        {2, {{0, -1, -1, -1}, {1, -1, -1, -1}}},
+        {3, {{0, 1, -1, -1}, {1, 2, -1, -1}, {2, 0, -1, -1}}},
+        {4, {{0, 1, -1, -1}, {1, 2, -1, -1}, {2, 3, -1, -1}, {3, 0, -1, -1}}},
+        {4, {{0, 2, 1, -1}, {0, 1, 3, -1}, {1, 2, 3, -1}, {0, 3, 2, -1}}},
+        {6, {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}},
+        {5, {{0, 2, 1, -1}, {3, 4, 5, -1}, {0, 1, 4, 3}, {1, 2, 5, 4}, {2, 0, 3, 5}}},
+        {5, {{0, 3, 2, 1}, {0, 1, 4, -1}, {1, 2, 4, -1}, {2, 3, 4, -1}, {3, 0, 4, -1}}}};
+    return &forms[form];
+}
+
+/* The area of a face, a vector. In 3D half the product of the diagonals, which holds for a face that is not plane. */
+static void pdi_skin_area(int corners, const double *const *x, double *area)
+{
+    if (PD_DIM == 2) {
+        area[0] = x[1][1] - x[0][1];
+        area[1] = x[0][0] - x[1][0];
+    } else if (PD_DIM == 3) {
+        const double *last = x[corners - 1], *from = corners == 4 ? x[1] : x[0];
+        for (int d = 0; d < PD_DIM; d++) {
+            int e = (d + 1) % 3, f = (d + 2) % 3;
+            area[d] = 0.5 * ((x[corners - 2][e] - x[0][e]) * (last[f] - from[f]) -
+                             (x[corners - 2][f] - x[0][f]) * (last[e] - from[e]));
+        }
+    }
+}
+
+static pd_status pdi_skin_grow(pd_ctx *ctx, pdi_skin *s)
+{
+    pdi_skin_face *face;
+    int64_t room = 2 * s->room + 64;
+    PDI_TRY(PDI_NEW(ctx, "skin", room, face));
+    if (s->count) memcpy(face, s->face, (size_t)s->count * sizeof *face);
+    PDI_DELETE(ctx, s->room, s->face);
+    s->face = face;
+    s->room = room;
+    return PD_OK;
+}
+
+/* Ascending. */
+static void pdi_skin_sort(int64_t *node)
+{
+    for (int a = 1; a < 4; a++)
+        for (int b = a; b > 0 && node[b] < node[b - 1]; b--) {
+            int64_t other = node[b];
+            node[b] = node[b - 1];
+            node[b - 1] = other;
+        }
+}
+
+/* Outward: away from the middle of the corners. A cell may be turned or mirrored. */
+static void pdi_skin_turn(pdi_cell_form form, const double *const *corner, const double *const *x, int corners,
+                          double *area)
+{
+    double along = 0.0;
+    int all = pdi_points_corners(form);
+    for (int d = 0; d < PD_DIM; d++) {
+        double middle = 0.0, at = 0.0;
+        for (int k = 0; k < all; k++) middle += (corner[k][d] - x[0][d]) / all;
+        for (int k = 0; k < corners; k++) at += (x[k][d] - x[0][d]) / corners;
+        along += area[d] * (at - middle);
+    }
+    for (int d = 0; d < PD_DIM && along < 0.0; d++) area[d] = -area[d];
+}
+
+PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *s, pdi_cell_form form, const int64_t *node,
+                              const double *const *corner, int32_t cell)
+{
+    const pdi_skin_form *f = pdi_skin_of(form);
+    for (int k = 0; k < f->faces; k++) {
+        const double *x[4];
+        int corners = 0;
+        if (s->count == s->room) PDI_TRY(pdi_skin_grow(ctx, s));
+        pdi_skin_face *face = &s->face[s->count++];
+        for (int c = 0; c < 4; c++) {
+            face->node[c] = INT64_MAX;
+            if (f->corner[k][c] < 0) continue;
+            face->node[c] = node[f->corner[k][c]];
+            x[corners++] = corner[f->corner[k][c]];
+        }
+        face->cell = cell;
+        face->area[0] = 1.0;
+        pdi_skin_area(corners, x, face->area);
+        pdi_skin_turn(form, corner, x, corners, face->area);
+        pdi_skin_sort(face->node);
+    }
+    return PD_OK;
+}
+
+static int pdi_skin_compare(const void *a, const void *b)
+{
+    const pdi_skin_face *p = (const pdi_skin_face *)a, *q = (const pdi_skin_face *)b;
+    for (int k = 0; k < 4; k++)
+        if (p->node[k] != q->node[k]) return p->node[k] > q->node[k] ? 1 : -1;
+    return (p->cell > q->cell) - (p->cell < q->cell);
+}
+
+PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *points)
+{
+    double size = 1.0;
+    for (int d = 1; d < PD_DIM; d++) size *= scale;
+    if (s->count) qsort(s->face, (size_t)s->count, sizeof *s->face, pdi_skin_compare);
+    for (int64_t k = 0, next; k < s->count; k = next) {
+        const pdi_skin_face *face = &s->face[k];
+        for (next = k + 1; next < s->count && !memcmp(s->face[next].node, face->node, sizeof face->node);) next++;
+        if (next > k + 1) continue;
+        for (int d = 0; d < PD_DIM; d++) points->surface[(int64_t)face->cell * PD_DIM + d] += size * face->area[d];
+    }
+    pdi_skin_free(ctx, s);
+}
+
+PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)
+{
+    PDI_DELETE(ctx, s->room, s->face);
+    memset(s, 0, sizeof *s);
+}
+
 /* ======== >>io/msh.c ======== */
 /* msh: see msh.h */
 #include <math.h>
@@ -41418,6 +41590,7 @@ typedef struct pdi_msh_entity {
 typedef struct pdi_msh {
     pdi_scan *scan;
     pdi_cells cells;
+    pdi_skin skin;
     int version; /* 2 or 4 */
     int64_t nodes, entities;
     pdi_msh_node *node;     /* [nodes] by id */
@@ -41590,6 +41763,7 @@ static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *c
 static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
+    int64_t node[8];
     const char *begin = m->scan->at, *fault;
     for (int k = 0; k < pdi_points_corners(form); k++) {
         pdi_msh_node key;
@@ -41597,11 +41771,13 @@ static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, i
         const void *found = m->nodes ? bsearch(&key, m->node, (size_t)m->nodes, sizeof key, pdi_msh_compare) : NULL;
         if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
         corner[k] = ((const pdi_msh_node *)found)->x;
+        node[k] = key.id;
     }
     if (surface != m->surface) m->cells.sign = 0.0;
     m->surface = surface;
     PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
+    PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
     if (pdi_scan_line(m->scan)) return PD_OK;
     return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
 }
@@ -41714,6 +41890,8 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_msh_sections(&m);
+    if (status == PD_OK) pdi_skin_close(scan->ctx, &m.skin, scale, points);
+    pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);
     return status;
@@ -41761,6 +41939,8 @@ typedef struct pdi_vtu {
     int plain;            /* appended data are raw */
     int swap, wide, packed; /* other byte order; sizes of 8 bytes; blocks of zlib */
     int64_t points, count;  /* of the piece: points and cells */
+    int64_t before;         /* points of the pieces before it */
+    pdi_skin skin;
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
     int rank;               /* of the names of tags, of the cell data so far */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
@@ -42114,6 +42294,7 @@ static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t 
 static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *counts)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    int64_t number[8];
     const double *corner[8], *node = v->value[PDI_VTU_CONNECTIVITY] + first;
     double type = v->value[PDI_VTU_TYPES][k];
     const char *fault, *at = v->array[PDI_VTU_CONNECTIVITY].tag.begin;
@@ -42132,12 +42313,14 @@ static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corn
         if (!(id >= 0.0) || !(id < (double)v->points) || id > floor(id))
             return pdi_scan_fail(v->scan, at, "cell %.0f has the point %g of %.0f", (double)k, id, (double)v->points);
         corner[c] = v->value[PDI_VTU_PLACES] + 3 * (int64_t)id;
+        number[c] = v->before + (int64_t)id;
     }
     int32_t tag;
     PDI_TRY(pdi_vtu_region(v, PDI_VTU_CELL_TAG, k, &tag));
     PDI_TRY(pdi_cells_add(v->scan->ctx, &v->cells, form, corner, of == 13, tag, &fault));
     ++*counts;
-    return fault ? pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault) : PD_OK;
+    if (fault) return pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault);
+    return pdi_skin_add(v->scan->ctx, &v->skin, form, number, corner, v->cells.points->count - 1);
 }
 
 static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
@@ -42332,6 +42515,7 @@ static pd_status pdi_vtu_file(pdi_vtu *v)
         ended = pdi_vtu_is(tag.name, "UnstructuredGrid");
         if (pdi_vtu_is(tag.name, "Piece") && piece) {
             pd_status status = pdi_vtu_piece(v, piece);
+            v->before += v->points;
             pdi_vtu_forget(v);
             PDI_TRY(status);
             piece = NULL;
@@ -42352,6 +42536,8 @@ PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
     v.rank = 99;
     pd_status status = pdi_vtu_file(&v);
     pdi_vtu_forget(&v);
+    if (status == PD_OK) pdi_skin_close(scan->ctx, &v.skin, scale, points);
+    pdi_skin_free(scan->ctx, &v.skin);
     return status;
 }
 

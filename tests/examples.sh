@@ -3,6 +3,8 @@
 # Every program of examples/ compiles alone with pdcorr.h, without a warning, and runs, linked to the library.
 . tests/lib/script.sh
 cc=${CC:-cc}
+# takes NAME: the file under examples/ that the program reads, if it reads any.
+takes() { case $1 in *mesh) echo ring.msh ;; *) echo scenes/mg_pin_2d.scene ;; esac; }
 for file in examples/*.c; do
     name=$(basename "$file" .c)
     "$cc" -std=c99 -fsyntax-only -Wall -Wextra -Wpedantic -Werror ${OMP:-} -I. "$file" > "$dir/log" 2>&1
@@ -10,7 +12,7 @@ for file in examples/*.c; do
     dim=$(sed -n 's/^#define PD_DIM \([123]\).*/\1/p' "$file")
     "$cc" -std=c99 -O2 -Wall -Wextra -Wpedantic -Werror -DPDCORR_LINKED ${OMP:-} -I. "$file" "$build/pdcorr${dim}d.o" \
         -o "$dir/$name" -lm > "$dir/log" 2>&1 &&
-        (cd "$dir" && "./$name" "$root/examples/scenes/mg_pin_2d.scene") >> "$dir/log" 2>&1
+        (cd "$dir" && "./$name" "$root/examples/$(takes "$name")") >> "$dir/log" 2>&1
     verdict "$file"
 done
 score

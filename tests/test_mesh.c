@@ -5,6 +5,7 @@
 #include "io/mesh.h"
 #include "random.h"
 #include "solid/elastic.h"
+#include "solid/equilibrium.h"
 #include "test.h"
 
 #define TEXT2(x) #x
@@ -183,6 +184,21 @@ static void write_4(const mesh_kind *kind)
 }
 
 /* Meshes of all kinds of cells, with nodes moved about, fill the cube: volumes, centroids and regions, at any scale. */
+/* The surface of a cube is closed, and half of it lies along each axis either way. side: area of one side. */
+static void check_surface(const pd_points *points, double side)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        double sum = 0.0, size = 0.0;
+        for (int32_t i = 0; i < points->count; i++) {
+            double area = points->surface[i * PD_DIM + d];
+            sum += area;
+            size += fabs(area);
+        }
+        CHECK_LE(fabs(sum), 1e-13 * side);
+        CHECK_REL(size, 2.0 * side, 1e-13);
+    }
+}
+
 TEST(cubes)
 {
     static const double scales[3] = {1.0, 1e-9, 2e3};
@@ -206,6 +222,7 @@ TEST(cubes)
         CHECK_REL(volume, size, 1e-14);
         for (int d = 0; d < PD_DIM; d++) CHECK_REL(moment[d], 0.5 * size * scale, 1e-14);
         CHECK_REL(half, 0.5 * size, 0.2 / N);
+        check_surface(&points, size / scale);
         pd_points_free(&ctx, &points);
         pd_points_free(&ctx, &points);
         CHECK_INT(ctx.in_use, 0);
@@ -248,6 +265,56 @@ TEST(bodies)
         CHECK_INT(ctx.in_use, 0);
     }
 }
+
+/* A ring under pressure on the faces of its bore opens as Lame's formula says. */
+#if PD_DIM == 2
+TEST(ring)
+{
+    double inner = 5e-3, outer = 10e-3, young = 45e9, poisson = 0.3, pressure = 1e7, worst = 0.0;
+    static double load[2000], u[2000];
+    pd_ctx ctx;
+    pd_points points;
+    pd_body_desc desc;
+    pd_body body;
+    pd_elastic_desc material;
+    pd_elastic elastic;
+    pd_equilibrium_desc rest;
+    pd_equilibrium_result result;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_points_read(&ctx, "examples/ring.msh", 1e-3, &points))) return;
+    memset(&desc, 0, sizeof desc);
+    desc.count = points.count;
+    desc.position = points.position;
+    desc.volume = points.volume;
+    desc.horizon = 1.1e-3;
+    memset(&material, 0, sizeof material);
+    material.young = young;
+    material.poisson = poisson;
+    material.plane = PD_PLANE_STRESS;
+    memset(&rest, 0, sizeof rest);
+    CHECK_INT(points.count, 960);
+    for (int32_t i = 0; i < points.count; i++) {
+        const double *x = points.position + 2 * i, *face = points.surface + 2 * i;
+        int bore = face[0] * x[0] + face[1] * x[1] < 0.0;
+        for (int d = 0; d < 2; d++) load[2 * i + d] = bore ? -pressure * face[d] / points.volume[i] : 0.0;
+    }
+    if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
+    if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
+    pd_solid solid = pd_elastic_solid(&elastic);
+    if (!CHECK_OK(&ctx, pd_equilibrium_solve(&ctx, &solid, &rest, load, u, &result))) return;
+    for (int32_t i = 0; i < points.count; i++) {
+        const double *x = points.position + 2 * i;
+        double r = hypot(x[0], x[1]), a = pressure * inner * inner / (outer * outer - inner * inner);
+        double exact = r / young * ((1.0 - poisson) * a + (1.0 + poisson) * a * outer * outer / (r * r));
+        worst = fmax(worst, fabs((u[2 * i] * x[0] + u[2 * i + 1] * x[1]) / r / exact - 1.0));
+    }
+    CHECK_LE(worst, 0.015); /* ten cells across */
+    pd_elastic_free(&ctx, &elastic);
+    pd_body_free(&ctx, &body);
+    pd_points_free(&ctx, &points);
+    CHECK_INT(ctx.in_use, 0);
+}
+#endif
 
 /* The middle of a hexahedron whose faces are not plane, against a sum over many small cubes of its map. */
 #if PD_DIM == 3
@@ -605,5 +672,10 @@ TEST(damaged_vtk)
 #else
 #define CURVED
 #endif
-TEST_MAIN(ENTRY(cubes) ENTRY(bodies) CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
+#if PD_DIM == 2
+#define RING ENTRY(ring)
+#else
+#define RING
+#endif
+TEST_MAIN(ENTRY(cubes) ENTRY(bodies) RING CURVED VTK ENTRY(point_data) ENTRY(tables) ENTRY(bad_tables) ENTRY(bad_gmsh)
               ENTRY(bad_vtk) ENTRY(damaged))

@@ -26,25 +26,35 @@ typedef struct horizon_problem {
 
 static const horizon_problem horizon_problems[] = {
 #if PD_DIM == 2
-    {&cavity_part_400, "cavity_400", "Lid-driven cavity, Re = 400", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, NULL, volumes_cavity_400},
-    {&cavity_part_1000, "cavity_1000", "Lid-driven cavity, Re = 1000", "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, &cavity_part_fourth, volumes_cavity_1000},
-    {&cavity_part_3200, "cavity_3200", "Lid-driven cavity, Re = 3200", "u, largest error [-]", 0, 0.0, {48, 64, 96, 128}, NULL, NULL},
+    {&cavity_part_400, "cavity_400", "Lid-driven cavity, Re = 400",
+     "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, NULL, volumes_cavity_400},
+    {&cavity_part_1000, "cavity_1000", "Lid-driven cavity, Re = 1000",
+     "u, largest error [-]", 0, 0.0, {32, 48, 64, 96, 128}, &cavity_part_fourth, volumes_cavity_1000},
+    {&cavity_part_3200, "cavity_3200", "Lid-driven cavity, Re = 3200",
+     "u, largest error [-]", 0, 0.0, {48, 64, 96, 128}, NULL, NULL},
     {&taylor_part, "taylor_green", "Decaying vortices", "error of u [-]", 0, 0.0, {16, 24, 32, 48, 64}, NULL, NULL},
     {&startup_poiseuille, "startup", "Start-up between plates", "error of u [-]", 0, 0.0, {0}, NULL, NULL},
     {&cylinder_part, "cylinder", "Cylinder in a channel, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
     {&flux_round, "pin", "Flux past a pin with round ends", "largest error of a layer [-]", 1, 0.0, {0}, NULL, NULL},
     {&annulus_flow_1, "annulus", "Flow around a wire in a tube", "error of u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
-    {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
+    {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube",
+     "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
     {&graetz_two_part, "graetz", "Mass transfer in a channel", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
-    {&turn_near, "turn_10", "Half a turn, Pe = 10", "c, largest error [-]", 0, 10.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
-    {&turn_near, "turn_100", "Half a turn, Pe = 100", "c, largest error [-]", 0, 100.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
-    {&turn_near, "turn_1e6", "Half a turn, Pe = 1e6", "c, largest error [-]", 0, 1e6, {10, 20, 40, 80, 160}, NULL, volumes_turn},
-    {&rotation_cone_part, "cone", "A cone after one turn", "c, L1 over that of the cone [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_cone},
-    {&rotation_disc_part, "disc", "A slotted disc after one turn", "c, L1 over that of the disc [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_disc},
+    {&turn_near, "turn_10", "Half a turn, Pe = 10",
+     "c, largest error [-]", 0, 10.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&turn_near, "turn_100", "Half a turn, Pe = 100",
+     "c, largest error [-]", 0, 100.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&turn_near, "turn_1e6", "Half a turn, Pe = 1e6",
+     "c, largest error [-]", 0, 1e6, {10, 20, 40, 80, 160}, NULL, volumes_turn},
+    {&rotation_cone_part, "cone", "A cone after one turn",
+     "c, L1 over that of the cone [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_cone},
+    {&rotation_disc_part, "disc", "A slotted disc after one turn",
+     "c, L1 over that of the disc [-]", 1, 0.0, {25, 50, 100}, NULL, volumes_disc},
 #endif
 #if PD_DIM == 3
     {&hagen_part, "hagen", "Flow through a tube", "u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
-    {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
+    {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20",
+     "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
     {&channel_along, "channel", "Periodic channel", "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {0}, NULL, NULL},
 #endif
 #if PD_DIM < 3
@@ -125,7 +135,8 @@ static double horizon_error(const study *s, int family, double time)
         if (p->family != family) continue;
         if (p->cpu <= time) error = fmin(error, p->err);
         else if (before && before->cpu <= time && p->err < before->err)
-            error = fmin(error, before->err * pow(p->err / before->err, log(time / before->cpu) / log(p->cpu / before->cpu)));
+            error = fmin(error, before->err * pow(p->err / before->err,
+                                                  log(time / before->cpu) / log(p->cpu / before->cpu)));
         before = p;
     }
     return error;
@@ -182,9 +193,9 @@ static pd_status horizon_run(bench *b)
 static const bench_case horizon_case = {
     "horizon", "What a horizon costs and gives",
     "Cases of `validate` with m = 1, the default of fluids, and with wider horizons, on the same lattices: the error "
-    "against the processor time of a run on one thread. A wider horizon has more bonds a node, so it is compared in the "
-    "same time, between its runs by a power of the time. Finite volumes are plain ones of second order, written for this "
-    "comparison (`cases/bench/volumes.h`).",
+    "against the processor time of a run on one thread. A wider horizon has more bonds a node, so it is compared in "
+    "the same time, between its runs by a power of the time. Finite volumes are plain ones of second order, written "
+    "for this comparison (`cases/bench/volumes.h`).",
     horizon_run};
 
 #endif

@@ -21,6 +21,7 @@ typedef struct pdi_msh_entity {
 typedef struct pdi_msh {
     pdi_scan *scan;
     pdi_cells cells;
+    pdi_skin skin;
     int version; /* 2 or 4 */
     int64_t nodes, entities;
     pdi_msh_node *node;     /* [nodes] by id */
@@ -193,6 +194,7 @@ static pd_status pdi_msh_counts(pdi_msh *m, const char *at, int64_t type, int *c
 static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, int32_t tag)
 {
     const double *corner[8];
+    int64_t node[8];
     const char *begin = m->scan->at, *fault;
     for (int k = 0; k < pdi_points_corners(form); k++) {
         pdi_msh_node key;
@@ -200,11 +202,13 @@ static pd_status pdi_msh_cell(pdi_msh *m, pdi_cell_form form, int64_t surface, i
         const void *found = m->nodes ? bsearch(&key, m->node, (size_t)m->nodes, sizeof key, pdi_msh_compare) : NULL;
         if (!found) return pdi_scan_fail(m->scan, begin, "an element with the unknown node %.0f", (double)key.id);
         corner[k] = ((const pdi_msh_node *)found)->x;
+        node[k] = key.id;
     }
     if (surface != m->surface) m->cells.sign = 0.0;
     m->surface = surface;
     PDI_TRY(pdi_cells_add(m->scan->ctx, &m->cells, form, corner, 0, tag, &fault));
     if (fault) return pdi_scan_fail(m->scan, begin, "%s", fault);
+    PDI_TRY(pdi_skin_add(m->scan->ctx, &m->skin, form, node, corner, m->cells.points->count - 1));
     if (pdi_scan_line(m->scan)) return PD_OK;
     return pdi_scan_fail(m->scan, begin, "an element that does not end with its node %d", pdi_points_corners(form));
 }
@@ -317,6 +321,8 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_msh_sections(&m);
+    if (status == PD_OK) pdi_skin_close(scan->ctx, &m.skin, scale, points);
+    pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);
     return status;

@@ -8,6 +8,7 @@
 #define PD_MSH_H
 #include "io/points.h"
 #include "io/scan.h"
+#include "io/skin.h"
 
 #ifdef PDI_INTERNAL
 /* All cells of the text, whose lengths are times scale in metres. PD_ERR_PARSE with path:line: what the format does not

@@ -15,6 +15,7 @@ void pd_points_free(pd_ctx *ctx, pd_points *p)
     PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
     PDI_DELETE(ctx, p->room, p->volume);
     PDI_DELETE(ctx, p->room, p->tag);
+    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->surface);
     memset(p, 0, sizeof *p);
 }
 
@@ -28,6 +29,7 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
     pd_status status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.position);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.volume);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", room, larger.tag);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)room * PD_DIM, larger.surface);
     if (status != PD_OK) {
         pd_points_free(ctx, &larger);
         return status;
@@ -36,6 +38,7 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t room)
         memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
         memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
         memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
+        memcpy(larger.surface, p->surface, (size_t)p->count * PD_DIM * sizeof *p->surface);
     }
     pd_points_free(ctx, p);
     *p = larger;

@@ -39,6 +39,8 @@ typedef struct pdi_vtu {
     int plain;            /* appended data are raw */
     int swap, wide, packed; /* other byte order; sizes of 8 bytes; blocks of zlib */
     int64_t points, count;  /* of the piece: points and cells */
+    int64_t before;         /* points of the pieces before it */
+    pdi_skin skin;
     int section;            /* 0: none; 'P', 'C', 'c', 'p': Points, Cells, CellData, PointData */
     int rank;               /* of the names of tags, of the cell data so far */
     pdi_vtu_array array[PDI_VTU_ARRAYS];
@@ -392,6 +394,7 @@ static pd_status pdi_vtu_region(const pdi_vtu *v, int which, int64_t k, int32_t 
 static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corners, int64_t *counts)
 {
     static const int8_t swapped[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+    int64_t number[8];
     const double *corner[8], *node = v->value[PDI_VTU_CONNECTIVITY] + first;
     double type = v->value[PDI_VTU_TYPES][k];
     const char *fault, *at = v->array[PDI_VTU_CONNECTIVITY].tag.begin;
@@ -410,12 +413,14 @@ static pd_status pdi_vtu_cell(pdi_vtu *v, int64_t k, int64_t first, int64_t corn
         if (!(id >= 0.0) || !(id < (double)v->points) || id > floor(id))
             return pdi_scan_fail(v->scan, at, "cell %.0f has the point %g of %.0f", (double)k, id, (double)v->points);
         corner[c] = v->value[PDI_VTU_PLACES] + 3 * (int64_t)id;
+        number[c] = v->before + (int64_t)id;
     }
     int32_t tag;
     PDI_TRY(pdi_vtu_region(v, PDI_VTU_CELL_TAG, k, &tag));
     PDI_TRY(pdi_cells_add(v->scan->ctx, &v->cells, form, corner, of == 13, tag, &fault));
     ++*counts;
-    return fault ? pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault) : PD_OK;
+    if (fault) return pdi_scan_fail(v->scan, at, "cell %.0f: %s", (double)k, fault);
+    return pdi_skin_add(v->scan->ctx, &v->skin, form, number, corner, v->cells.points->count - 1);
 }
 
 static pd_status pdi_vtu_all_cells(pdi_vtu *v, int64_t *counts)
@@ -610,6 +615,7 @@ static pd_status pdi_vtu_file(pdi_vtu *v)
         ended = pdi_vtu_is(tag.name, "UnstructuredGrid");
         if (pdi_vtu_is(tag.name, "Piece") && piece) {
             pd_status status = pdi_vtu_piece(v, piece);
+            v->before += v->points;
             pdi_vtu_forget(v);
             PDI_TRY(status);
             piece = NULL;
@@ -630,6 +636,8 @@ PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
     v.rank = 99;
     pd_status status = pdi_vtu_file(&v);
     pdi_vtu_forget(&v);
+    if (status == PD_OK) pdi_skin_close(scan->ctx, &v.skin, scale, points);
+    pdi_skin_free(scan->ctx, &v.skin);
     return status;
 }
 

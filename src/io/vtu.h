@@ -9,6 +9,7 @@
 #define PD_VTU_H
 #include "io/points.h"
 #include "io/scan.h"
+#include "io/skin.h"
 
 #ifdef PDI_INTERNAL
 /* All pieces of the grid, whose lengths are times scale in metres. PD_ERR_PARSE with path:line. */

@@ -1,0 +1,32 @@
+/* skin: the surface of a mesh, as the faces that one cell alone has.
+ *
+ * Cells share a face where they share its nodes. A crack or a joint whose sides have nodes of their own is surface, and
+ * so is what lies between two pieces of a VTU file.
+ */
+#ifndef PD_SKIN_H
+#define PD_SKIN_H
+#include "io/points.h"
+
+#ifdef PDI_INTERNAL
+/* A face of a cell. */
+typedef struct pdi_skin_face {
+    int64_t node[4];     /* ascending; INT64_MAX behind the last one */
+    double area[PD_DIM]; /* outward [of the file's unit to the power of PD_DIM - 1] */
+    int32_t cell;        /* the point that the cell has become */
+} pdi_skin_face;
+
+/* Faces on their way to a surface. Zero it at the start. */
+typedef struct pdi_skin {
+    int64_t count, room;
+    pdi_skin_face *face; /* [room] */
+} pdi_skin;
+
+/* The faces of a cell, which is the newest of the points. node: numbers of its corners. */
+PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *skin, pdi_cell_form form, const int64_t *node,
+                              const double *const *corner, int32_t cell);
+/* points->surface of all cells; lengths are times scale in metres. Ends the skin. */
+PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *skin, double scale, pd_points *points);
+PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
+#endif
+
+#endif
