@@ -3760,8 +3760,11 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
  * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
- * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
- * does not depend on the order of the points. Search: cell lists, O(count).
+ * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
+ * points. Search: cell lists, O(count).
+ *
+ * Families are read by walks (pd_walk): a list of shifts leads through a table of points. Bonds have numbers, one
+ * family after another, and a bit each that says whether the bond is broken.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -3799,28 +3802,78 @@ typedef struct pd_body {
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
-    int64_t *row;      /* [count + 1] begin of each family in column */
-    int32_t *column;   /* [bonds] points */
-    uint8_t *broken;   /* [bonds] 1: the bond is broken; both of its ends say so */
+    int64_t *row;      /* [count + 1] number of the first bond of each family */
+    int32_t kinds;     /* shifts: bonds of the longest family */
+    int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
+    int32_t *member;   /* [bonds] points, one family after another */
+    uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
+
+/* A walk through the family of a point, from bond to bond. */
+typedef struct pd_walk {
+    const int32_t *at;     /* entry of the point in member */
+    const int32_t *shift;  /* of the body */
+    const uint8_t *broken; /* bits of the family */
+    int64_t first;         /* number of its first bond */
+    int32_t bonds;         /* how many it has */
+    int32_t n;             /* the bond that the walk is at: bond n of the family */
+    int32_t kind;          /* its shift */
+    int32_t to;            /* the point at its other end */
+} pd_walk;
 
 #define pd_body_build PD_NAME(pd_body_build)
 #define pd_body_free PD_NAME(pd_body_free)
+#define pd_body_family PD_NAME(pd_body_family)
+#define pd_body_break PD_NAME(pd_body_break)
 
 /* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
  * PD_ERR_GEOMETRY: two points at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
+/* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
+ * [row[i + 1] - row[i]], or NULL. Returns how many there are. */
+PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
+/* Break the bond of two points, at both ends. 1: it was intact; 0: it was broken, or there is none. */
+PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
+
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
 
-/* The other end of a bond less point i [m]. */
-static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, double *xi)
+/* A walk that stands before the first bond of point i:
+ *
+ *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
+ */
+static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
+{
+    pd_walk f;
+    f.first = body->row[i];
+    f.bonds = (int32_t)(body->row[i + 1] - f.first);
+    f.at = body->member + f.first;
+    f.shift = body->shift;
+    f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
+    f.n = f.kind = f.to = -1;
+    return f;
+}
+/* On to the next bond. 0: there is none. */
+static inline int pdi_walk_next(pd_walk *f)
+{
+    if (++f->n == f->bonds) return 0;
+    do f->to = f->at[f->shift[++f->kind]];
+    while (f->to < 0);
+    return 1;
+}
+/* The number of the bond. */
+static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; }
+/* 1: it is broken. */
+static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+
+/* Point j less point i [m]. */
+static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
-    const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
+    const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
 /* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
@@ -3841,8 +3894,12 @@ static inline double pdi_body_strain(const double *xi, const double *eta, double
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 /* Break all bonds of point i, at both ends. How many. */
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
-/* The bond of point j that leads to point i. */
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
+/* Which bond of point j leads to point i; -1: none. */
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* 1: no bond is broken. */
+PDI_FN int pdi_body_whole(const pd_body *body);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
@@ -3927,9 +3984,9 @@ typedef struct pd_solid {
     void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
-    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
-     * bonds are no springs. */
-    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on the bond that a walk is at, at u:
+     * force_i = sum V_j (pull_ij - pull_ji). NULL: bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, const pd_walk *bond, double *pull);
     /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
      * one. Bonds break of themselves: how many. NULL: none does. */
     int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
@@ -4773,8 +4830,8 @@ PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd
 PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
 /* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
-/* Bond b of point i [m]: of whole spacings on a lattice. */
-PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
+/* The bond from point i to j [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int32_t j, double *xi);
 /* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
 PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
 #endif
@@ -25491,11 +25548,15 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
+/* Bytes of the bits of all bonds. */
+static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
+
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
+    PDI_ARRAY(owner, body, member, body->bonds, "1");
+    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -25642,12 +25703,16 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
+    for (int32_t i = 0; i < body->count; i++) {
+        if (body->row[i + 1] > body->kinds) body->kinds = (int32_t)body->row[i + 1];
+        body->row[i + 1] += body->row[i];
+    }
     body->bonds = body->row[body->count];
     PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->column + body->row[i];
+        int32_t *family = body->member + body->row[i];
         size_t length = (size_t)pdi_body_family(body, c, i, family);
         qsort(family, length, sizeof *family, pdi_body_ascend);
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
@@ -25696,27 +25761,59 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
 
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
 {
-    int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    pd_walk f = pdi_walk_from(body, i);
+    int64_t bonds = f.bonds;
+    for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
+        for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+PDI_FN int pdi_body_whole(const pd_body *body)
 {
-    int64_t b = body->row[j];
-    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
-    return b;
+    int64_t bytes = pdi_body_bytes(body), byte = 0;
+    while (byte < bytes && !body->broken[byte]) byte++;
+    return byte == bytes;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
+        if (f.to == i) return f.n;
+    return -1;
+}
+
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
+{
+    uint8_t *bits = body->broken + (pdi_walk_from(body, i).broken - body->broken);
+    bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
+}
+
+int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
+{
+    pd_walk f = pdi_walk_from(body, i);
+    while (pdi_walk_next(&f)) {
+        if (to) to[f.n] = f.to;
+        if (broken) broken[f.n] = (uint8_t)pdi_walk_broken(&f);
+    }
+    return f.bonds;
+}
+
+int pd_body_break(pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (f.to != j) continue;
+        if (pdi_walk_broken(&f)) return 0;
+        pdi_body_mark(body, i, f.n);
+        pdi_body_mark(body, j, pdi_body_back(body, i, j));
+        return 1;
+    }
+    return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        body->broken[b] = 1;
-        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-        bonds++;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
     return bonds;
 }
 
@@ -25726,11 +25823,10 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || body->broken[b]) continue;
-            seen[j] = 1;
-            piece[count++] = j;
+        for (pd_walk f = pdi_walk_from(body, piece[n]); pdi_walk_next(&f);) {
+            if (seen[f.to] || pdi_walk_broken(&f)) continue;
+            seen[f.to] = 1;
+            piece[count++] = f.to;
         }
     return count;
 }
@@ -25997,13 +26093,13 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
         if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
     double own = pdi_cut_height(p, x);
     if (fabs(own) > pdi_cut_reach(body)) return 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        const double *y = body->position + (int64_t)body->column[b] * PD_DIM;
-        if (body->broken[b]) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        const double *y = body->position + (int64_t)f.to * PD_DIM;
+        if (pdi_walk_broken(&f)) continue;
         double other = pdi_cut_height(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
-        body->broken[b] = 1;
+        pdi_body_mark(body, i, f.n);
         found++;
     }
     return found;
@@ -26049,10 +26145,10 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[body->column[b]];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[f.to];
             all += volume;
-            lost += body->broken[b] ? volume : 0.0;
+            lost += pdi_walk_broken(&f) ? volume : 0.0;
         }
         damage[i] = all > 0.0 ? lost / all : 0.0;
     }
@@ -26162,9 +26258,9 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -26196,14 +26292,14 @@ static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double
 static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
 {
     const pd_body *body = o->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
         const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         double weight = pdi_body_weight(body, o->influence, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
-        to[b] = body->broken[b] ? 0.0f : (float)weight;
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)f.to * PD_DIM, xi);
+        to[pdi_walk_bond(&f)] = pdi_walk_broken(&f) ? 0.0f : (float)weight;
     }
 }
 
@@ -26491,10 +26587,10 @@ static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_scaffold_box(s, i, own);
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (body->column[b] <= i || body->broken[b]) continue;
-            pdi_scaffold_box(s, body->column[b], far);
-            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, body->column[b]);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (f.to <= i || pdi_walk_broken(&f)) continue;
+            pdi_scaffold_box(s, f.to, far);
+            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, f.to);
         }
     }
     for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
@@ -26530,9 +26626,9 @@ static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
     const pd_body *body = s->body;
     for (int32_t p = 0; p < s->level[0].parts; p++)
         for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
-            for (int64_t b = body->row[s->point[n]]; b < body->row[s->point[n] + 1]; b++) {
-                int32_t q = s->part[body->column[b]];
-                if (q <= p || body->broken[b] || seen[q] == p + 1) continue;
+            for (pd_walk f = pdi_walk_from(body, s->point[n]); pdi_walk_next(&f);) {
+                int32_t q = s->part[f.to];
+                if (q <= p || pdi_walk_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
                 pdi_scaffold_join(&s->level[0], p, q, set);
             }
@@ -27186,10 +27282,10 @@ static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
 {
     const pd_body *body = band->body;
     bonds->count = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!(band->weight[b] > 0.0f)) continue;
-        bonds->bond[bonds->count].offset = body->column[b] - i;
-        bonds->bond[bonds->count].weight = band->weight[b];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (!(band->weight[pdi_walk_bond(&f)] > 0.0f)) continue;
+        bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].weight = band->weight[pdi_walk_bond(&f)];
         bonds->bond[bonds->count++].lanes = 0;
     }
 }
@@ -27261,9 +27357,7 @@ PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
 {
     const pd_body *body = band->body;
     pdi_band_bonds one = {0, NULL};
-    int64_t longest = 1;
-    for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    int64_t longest = body->kinds > 0 ? body->kinds : 1;
     band->bands = 0;
     pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
@@ -27315,14 +27409,13 @@ static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / 
 
 PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = (double)band->weight[pdi_walk_bond(&f)];
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -27380,14 +27473,12 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0)
-            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = (double)band->weight[pdi_walk_bond(&f)];
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -27437,14 +27528,15 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
     return sum;
 }
 
-/* Bond b of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
-static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, double *xi, double *over, double *weight)
+/* A bond of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
+                                   double *weight)
 {
-    *weight = (double)e->weight[b];
+    *weight = (double)e->weight[pdi_walk_bond(f)];
     if (!(*weight > 0.0)) return 0;
-    pdi_body_bond(e->body, i, b, xi);
+    pdi_body_bond(e->body, i, f->to, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
-    *weight *= e->body->volume[e->body->column[b]];
+    *weight *= e->body->volume[f->to];
     return 1;
 }
 
@@ -27515,10 +27607,11 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 /* Weights of the bonds of point i. Both ends of a bond get the same number. */
 static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
 {
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_bond(e->body, i, b, xi);
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
+        pdi_body_bond(e->body, i, f.to, xi);
+        e->weight[pdi_walk_bond(&f)] =
+            pdi_walk_broken(&f) ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
     }
 }
 
@@ -27554,9 +27647,9 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
         total += weight;
         pdi_elastic_fourth(xi, over, weight, fourth);
         for (int p = 0; p < PD_DIM; p++)
@@ -27688,10 +27781,10 @@ void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 
 /* ---- forces ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_elastic_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)e->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -27795,17 +27888,17 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
 static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
         double over, weight, density = 0.0;
-        if (each) each[b] = 0.0;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
+        if (each) each[pdi_walk_bond(&f)] = 0.0;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+        pdi_elastic_eta(u, i, f.to, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[b] = (double)e->weight[b] * density;
+        if (each) each[pdi_walk_bond(&f)] = (double)e->weight[pdi_walk_bond(&f)] * density;
     }
     return sum;
 }
@@ -27897,12 +27990,11 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_ELASTIC_TENSOR, xi[PD_DIM];
         for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
-                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, j) / e->total[j]);
+                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, f.to) / e->total[f.to]);
             for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
@@ -27922,8 +28014,8 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_elastic_stiff(e, i);
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
-            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        for (pd_walk f = pdi_walk_from(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_walk_next(&f);)
+            sum += (double)e->weight[pdi_walk_bond(&f)] * body->volume[f.to] * (pdi_elastic_stiff(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;
@@ -28046,13 +28138,12 @@ static double pdi_elastic_solid_limit(const void *self, double density)
     double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
-        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            int32_t j = e->body->column[b];
-            double other = pdi_elastic_trace(e->shape + (int64_t)j * PDI_ELASTIC_TENSOR);
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+            double other = pdi_elastic_trace(e->shape + (int64_t)f.to * PDI_ELASTIC_TENSOR);
             sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
-                             pdi_elastic_stiff(e, j) * (over / e->total[j] + other));
+                             pdi_elastic_stiff(e, f.to) * (over / e->total[f.to] + other));
         }
         most = fmax(most, sum * modulus);
     }
@@ -28173,43 +28264,44 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
-/* Bond b of point i [m], and by how much its ends move apart [m]. */
-static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+/* The bond from point i to j [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int32_t j, double *xi, double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
-    pdi_body_bond(c->solid.body, i, b, xi);
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
+    pdi_body_bond(c->solid.body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
-/* Measure of bond b of point i; 0: it does not break. */
-static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* Measure of a bond of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
     const pd_body *body = c->solid.body;
-    int32_t j = body->column[b];
+    int32_t j = f->to;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (pdi_walk_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
     if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
-    pdi_criterion_bond(c, u, i, b, xi, eta);
+    pdi_criterion_bond(c, u, i, j, xi, eta);
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
-    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_body_back(body, i, j)];
+    return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
-/* One over the factor on u at which bond b of point i breaks; 0: at none. */
-static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* One over the factor on u at which a bond of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
-    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, f);
     if (!(measure > 0.0)) return 0.0;
     if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
     if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
-    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    pdi_criterion_bond(c, u, i, f->to, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
     return along > 0.0 ? (along + root) / gap : square / (root - along);
 }
 
-typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f);
 
 /* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
  * its ends see the same. Returns the most of all. */
@@ -28228,8 +28320,8 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
     return most;
@@ -28249,10 +28341,10 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     const pd_body *body = c->solid.body;
     double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        pdi_criterion_bond(c, u, i, b, xi, eta);
-        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (pdi_walk_broken(&f)) continue;
+        pdi_criterion_bond(c, u, i, f.to, xi, eta);
+        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
             moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
@@ -28275,9 +28367,9 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     int64_t intact = pdi_body_intact(body, i);
     if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
     if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (!pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
@@ -28302,12 +28394,9 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     if (!(most > c->critical)) return 0;
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && c->most[i] >= from; b++) {
-            if (body->broken[b] || (c->desc.spared && c->desc.spared[body->column[b]])) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-            broken++;
-        }
+        if (!(c->most[i] >= from)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -28323,13 +28412,8 @@ int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, 
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, j)] = 1;
-            broken++;
-        }
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -28342,10 +28426,11 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
-    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
-        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
-    first->to = body->column[first->bond];
-    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    pd_walk f = pdi_walk_from(body, first->from);
+    while (pdi_walk_next(&f) && !(f.to > first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
+    first->bond = pdi_walk_bond(&f);
+    first->to = f.to;
+    first->measure = pdi_criterion_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
     for (int d = 0; d < PD_DIM; d++)
         first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
@@ -29079,12 +29164,12 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
 static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
-            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
             way += eta * eta;
         }
@@ -29545,8 +29630,8 @@ static int pdi_crack_near(const pdi_crack *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double other = c->q[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double other = c->q[f.to];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
     return 0;
@@ -29558,11 +29643,11 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int64_t j = f.to;
         double xi[PD_DIM];
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
@@ -29628,13 +29713,12 @@ static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
     double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
-        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
-        c->solid->pull(c->solid->self, u, i, b, pull);
-        pdi_crack_along(c, j, along);
-        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
+        if (pdi_walk_broken(&f) || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, &f, pull);
+        pdi_crack_along(c, f.to, along);
+        sum -= body->volume[f.to] * step * pdi_vec_dot(pull, along);
     }
     return sum;
 }
@@ -29755,11 +29839,10 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (int64_t b = body->row[next[k]]; b < body->row[next[k] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || !(left[j] > 0.0) || !pdi_crack_lost(body, j, PDI_CRACK_SHARE)) continue;
-            seen[j] = 1;
-            next[known++] = j;
+        for (pd_walk f = pdi_walk_from(body, next[k]); pdi_walk_next(&f);) {
+            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_lost(body, f.to, PDI_CRACK_SHARE)) continue;
+            seen[f.to] = 1;
+            next[known++] = f.to;
         }
     if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
     PDI_DELETE(ctx, body->count, next);
@@ -29807,9 +29890,9 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
             if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
@@ -29923,9 +30006,9 @@ PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
-PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int32_t j, double *xi)
 {
-    pdi_body_bond(s->body, i, b, xi);
+    pdi_body_bond(s->body, i, j, xi);
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
@@ -29972,10 +30055,10 @@ static void pdi_springs_clear(pd_springs *s)
     const pd_body *body = s->body;
     for (int32_t k = 0; k < s->band.bands; k++)
         for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-                if (!body->broken[b]) continue;
-                s->weight[b] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
+            for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+                if (!pdi_walk_broken(&f)) continue;
+                s->weight[pdi_walk_bond(&f)] = 0.0f;
+                pdi_springs_drop(s, k, i - s->band.first[k], f.to - i);
             }
 }
 
@@ -30089,12 +30172,12 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
     return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
 }
 
-/* Break the bond from point i to j. */
+/* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int64_t b = pdi_body_back(s->body, j, i);
-    s->body->broken[b] = 1;
-    s->weight[b] = 0.0f;
+    int32_t n = pdi_body_back(s->body, j, i);
+    pdi_body_mark(s->body, i, n);
+    s->weight[s->body->row[i] + n] = 0.0f;
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */
@@ -30305,12 +30388,11 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
     const double *own = share + (int64_t)i * all;
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], f[all], slope;
-        int32_t j = body->column[b];
-        pdi_springs_bond(o->springs, i, b, xi);
-        double part = (double)o->springs->weight[b] * body->volume[j] * pdi_mend_moments(o, xi, f) / o->axis;
-        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        double xi[PD_DIM], f[all], slope, weight = (double)o->springs->weight[pdi_walk_bond(&b)] * body->volume[b.to];
+        pdi_springs_bond(o->springs, i, b.to, xi);
+        double part = weight * pdi_mend_moments(o, xi, f) / o->axis;
+        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)b.to * all, f, -1.0);
         double factor = part * pdi_mend_exp(z, &slope);
         slope *= part;
         for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);
@@ -30538,12 +30620,12 @@ static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double 
     const pd_body *body = m->body;
     pdi_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_springs_bond(&m->springs, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
         weight *= pdi_body_weight(body, m->desc.influence, xi);
-        m->weight[b] = (float)weight;
+        m->weight[pdi_walk_bond(&f)] = (float)weight;
         if (!part) continue;
         double share = weight * volume / (square * sqrt(square));
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -30560,17 +30642,18 @@ static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *me
 {
     const pd_body *body = m->body;
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b], k = i;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int64_t j = f.to, k = i;
         double xi[PD_DIM], factor = 1.0;
-        pdi_springs_bond(&m->springs, i, b, xi);
+        float *weight = &m->weight[pdi_walk_bond(&f)];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
         if (m->share)
             factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
         else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
             factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
         else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
-        m->weight[b] = (float)((double)m->weight[b] * factor);
-        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+        *weight = (float)((double)*weight * factor);
+        double square = pdi_vec_dot(xi, xi), over = (double)*weight * body->volume[j] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -30646,13 +30729,13 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of bond b of point i, Y, r and |Y| [m]. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+/* Stretch of the bond from point i to j, Y, r and |Y| [m]. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
                                               double *r, double *length)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
     double xi[PD_DIM], eta[PD_DIM];
-    pdi_body_bond(body, i, b, xi);
+    pdi_body_bond(body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     return pdi_body_strain(xi, eta, y, r, length);
 }
@@ -30683,10 +30766,10 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)m->weight[pdi_walk_bond(&f)] * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -30712,14 +30795,14 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+/* Stiffness of a bond of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
  * broken. */
-static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
                                   double *along, double *across)
 {
-    double r, length, weight = m->modulus * (double)m->weight[b];
+    double r, length, weight = m->modulus * (double)m->weight[pdi_walk_bond(f)];
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *along = weight / r;
     *across = weight * s / length;
@@ -30735,10 +30818,10 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
-            double volume = body->volume[body->column[b]], longer = 0.0;
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
+            double volume = body->volume[f.to], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -30758,9 +30841,9 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[i] * body->volume[body->column[b]];
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[i] * body->volume[f.to];
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
@@ -30785,11 +30868,11 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
 }
 
 /* Half of what the bond puts on point i. */
-static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = (double)m->weight[b];
-    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    double r, length, weight = (double)m->weight[pdi_walk_bond(f)];
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
@@ -31046,8 +31129,9 @@ pd_process pd_verlet_process(pd_verlet *d)
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
 
-/* Bond b of a point as it is now. */
+/* A bond of a point as it is now. */
 typedef struct pdi_ordinary_bond {
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
     double r, length;  /* [m] as it began, and now; r where displacements are small */
     double extension;  /* [m] length - r, with the digits of the displacements */
@@ -31057,15 +31141,15 @@ typedef struct pdi_ordinary_bond {
 } pdi_ordinary_bond;
 
 /* How the bond xi + eta is: 0: it is broken. */
-static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, const pd_walk *f,
                                     pdi_ordinary_bond *bond)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->weight = (double)o->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    bond->weight *= o->body->volume[o->body->column[b]];
-    pdi_body_bond(o->body, i, b, bond->xi);
+    bond->share = (double)o->weight[pdi_walk_bond(f)];
+    if (!(bond->share > 0.0)) return 0;
+    bond->weight = bond->share * o->body->volume[f->to];
+    pdi_body_bond(o->body, i, f->to, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -31132,10 +31216,10 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -31197,10 +31281,10 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        pdi_body_bond(body, i, b, xi);
-        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
+        double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_largest(PD_DIM, sum);
@@ -31215,11 +31299,11 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
 {
     pdi_ordinary_bond bond;
     double sum[PDI_SYM] = {0.0}, square = 0.0;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
@@ -31258,9 +31342,9 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0};
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
             for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
         }
         for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
@@ -31289,9 +31373,9 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            int32_t j = f.to;
+            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
@@ -31311,11 +31395,11 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
     pdi_ordinary_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int32_t j = f.to;
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, &f, &bond)) continue;
         pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
-        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
             turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
@@ -31381,11 +31465,12 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
         double q[PDI_SYM];
         pdi_ordinary_bond bond;
         pdi_ordinary_state(o, linear, u, NULL, i, q);
-        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-            energy[b] = 0.0;
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+            double *each = energy + pdi_walk_bond(&f);
+            *each = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
             double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
-            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+            *each = 0.5 * bond.share * t * bond.extension;
         }
     }
 }
@@ -31396,8 +31481,8 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_bond bond;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+    for (pd_walk w = pdi_walk_from(o->body, i); pdi_walk_next(&w);) {
+        if (!pdi_ordinary_look(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
             y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -31423,8 +31508,8 @@ static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
     pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, &f, &bond)) continue;
         double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }
@@ -32282,19 +32367,20 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 typedef struct pdi_finite_bond {
     double xi[PD_DIM]; /* [m] */
     double over;       /* [1/m2] 1/r^2 */
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
 } pdi_finite_bond;
 
 static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
 
-/* Bond b of point i. 0: it is broken. */
-static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+/* A bond of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
 {
-    bond->weight = (double)f->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->share = (double)f->weight[pdi_walk_bond(b)];
+    if (!(bond->share > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b->to, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
-    bond->weight *= f->body->volume[f->body->column[b]];
+    bond->weight = bond->share * f->body->volume[b->to];
     return 1;
 }
 
@@ -32341,12 +32427,12 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
 static void pdi_finite_bonds(const pd_finite *f, int32_t i)
 {
     const pd_body *body = f->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
         double xi[PD_DIM];
-        int32_t j = body->column[b];
-        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
-        pdi_body_bond(body, i, b, xi);
-        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
+        int64_t k = pdi_walk_bond(&b);
+        f->back[k] = pdi_body_back(body, i, b.to);
+        pdi_body_bond(body, i, b.to, xi);
+        f->weight[k] = pdi_walk_broken(&b) ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
     }
 }
 
@@ -32357,8 +32443,8 @@ static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
     double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         total += bond.weight;
         for (int p = 0; p < PDI_TENSOR; p++) {
             double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -32380,16 +32466,15 @@ static void pdi_finite_shares(const pd_finite *f, int32_t i)
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     pdi_finite_family(f, i, mean);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
-        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!open) continue;
         pdi_tensor_times(shape, bond.xi, at);
         pdi_tensor_times(mean, at, back);
         for (int d = 0; d < PD_DIM; d++)
-            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
-                                                                : at[d]);
+            pull[d] = bond.share * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d] : at[d]);
     }
 }
 
@@ -32398,10 +32483,10 @@ static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
 {
     const pd_body *body = f->body;
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        int64_t k = pdi_walk_bond(&b);
+        const double *own = f->pull + k * PD_DIM, *other = f->pull + (body->row[b.to] + f->back[k]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.to] * (own[d] - other[d]);
     }
 }
 
@@ -32496,10 +32581,10 @@ void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 
 /* ---- gradients ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_finite_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -32508,30 +32593,30 @@ static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, 
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
     pdi_finite_bond bond;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_eta(f, u, i, b, eta);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_eta(u, i, b.to, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
     }
     pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
 }
 
-/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
-static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
-                                    const pdi_finite_bond *bond, double *z)
+/* What the bond from point i to j does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const double *u, const double *h, int32_t i, int32_t j, const pdi_finite_bond *bond,
+                                    double *z)
 {
     double along[PD_DIM];
-    pdi_finite_eta(f, u, i, b, z);
+    pdi_finite_eta(u, i, j, z);
     pdi_tensor_times(h, bond->xi, along);
     for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
 }
 
 /* The gradient of that bond alone: h + z xi^T/r^2. */
-static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+static inline void pdi_finite_bond_gradient(const double *u, const double *h, int32_t i, int32_t j,
                                             const pdi_finite_bond *bond, double *own)
 {
     double z[PD_DIM];
-    pdi_finite_stray(f, u, h, i, b, bond, z);
+    pdi_finite_stray(u, h, i, j, bond, z);
     for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
 }
 
@@ -32572,16 +32657,16 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
     double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
     pdi_finite_bond bond;
     if (du) pdi_finite_gradient(f, du, i, dh);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_bond_gradient(f->u, h, i, b.to, &bond, part);
         pdi_finite_add_one(part, full);
         if (du) {
-            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
-            pdi_finite_site(f, m, b, full, change, p);
-        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            pdi_finite_bond_gradient(du, dh, i, b.to, &bond, change);
+            pdi_finite_site(f, m, pdi_walk_bond(&b), full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), p)) {
             return 0;
         }
         pdi_tensor_times(p, bond.xi, along);
@@ -32591,11 +32676,11 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
     }
     pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         pdi_tensor_times(part, bond.xi, along);
-        for (int d = 0; d < PD_DIM; d++)
-            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = stiffness * bond.share * (pull[d] + along[d]);
     }
     return 1;
 }
@@ -32614,12 +32699,13 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
         return 0;
     }
     pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double share = pdi_finite_stiff(f, i) * bond.share;
         pdi_tensor_times(part, bond.xi, along);
-        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        pdi_finite_stray(u, du ? dh : h, i, b.to, &bond, z);
         for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
     }
     return 1;
@@ -32685,10 +32771,10 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to;
+            double there = pdi_finite_stiff(f, j);
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             double volumes = body->volume[i] * bond.weight;
             if (pdi_finite_own(f)) {
                 double share = here / f->total[i] + there / f->total[j];
@@ -32697,7 +32783,7 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
             }
             for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
             pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
-            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            pdi_finite_add_block(f, there * bond.share * body->volume[i] * volumes, at, a);
             for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
         }
         pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
@@ -32713,14 +32799,15 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             pdi_finite_add_one(part, full);
-            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), 0) /
+                   f->total[i];
         } else {
-            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            pdi_finite_stray(u, h, i, b.to, &bond, z);
             sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
         }
     }
@@ -32752,12 +32839,12 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
     double single = 1.0, normal, all = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        int64_t site = pdi_finite_own(f) ? b : i;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        int64_t site = pdi_finite_own(f) ? pdi_walk_bond(&b) : i;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             single = bond.weight / f->total[i];
         }
         pdi_finite_add_one(part, full);
@@ -32843,9 +32930,9 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
         pdi_finite_bond bond;
         double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
         strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
-        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
-            if (pdi_finite_open(f, i, b, &bond))
-                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+        for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && f->state && pdi_walk_next(&b);)
+            if (pdi_finite_open(f, i, &b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, pdi_walk_bond(&b))[PDI_FINITE_STATE - 1];
     }
 }
 
@@ -32863,8 +32950,8 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
     pdi_finite_bond bond;
     if (!(f->total[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
-        if (pdi_finite_open(f, i, b, &bond))
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && pdi_walk_next(&b);)
+        if (pdi_finite_open(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
     pdi_tensor_product(across, shape, power);
@@ -32889,10 +32976,10 @@ static double pdi_finite_limit(const void *self, double density)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_bond bond;
         double sum = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
-                int32_t k = end ? body->column[b] : i;
+                int32_t k = end ? b.to : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
                                                 : fmax(f->work[k], f->spring);
                 sum += bond.weight * pdi_finite_stiff(f, k) * size;
@@ -36278,8 +36365,8 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int64_t b = 0; b < s->body.bonds; b++)
-        if (!s->body.broken[b]) return 1;
+    for (int32_t i = 0; i < s->count; i++)
+        if (pdi_body_intact(&s->body, i)) return 1;
     return 0;
 }
 
@@ -50735,8 +50822,8 @@ static int pdi_output_joined(const void *user, int cell, int other)
     int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
     int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
     if (v->whole) return 1;
-    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
-        if (s->body.column[b] == j) return !s->body.broken[b];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return !pdi_walk_broken(&f);
     return 0;
 }
 
@@ -50764,7 +50851,7 @@ static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_p
     view.model = out->model;
     view.right = right;
     view.up = up;
-    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    view.whole = pdi_body_whole(body);
     PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
     pdi_output_moves(out, &view, move);
     warp.still = picture;

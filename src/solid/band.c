@@ -73,10 +73,10 @@ static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
 {
     const pd_body *body = band->body;
     bonds->count = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!(band->weight[b] > 0.0f)) continue;
-        bonds->bond[bonds->count].offset = body->column[b] - i;
-        bonds->bond[bonds->count].weight = band->weight[b];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (!(band->weight[pdi_walk_bond(&f)] > 0.0f)) continue;
+        bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].weight = band->weight[pdi_walk_bond(&f)];
         bonds->bond[bonds->count++].lanes = 0;
     }
 }
@@ -148,9 +148,7 @@ PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
 {
     const pd_body *body = band->body;
     pdi_band_bonds one = {0, NULL};
-    int64_t longest = 1;
-    for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    int64_t longest = body->kinds > 0 ? body->kinds : 1;
     band->bands = 0;
     pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
@@ -202,14 +200,13 @@ static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / 
 
 PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = (double)band->weight[pdi_walk_bond(&f)];
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -267,14 +264,12 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0)
-            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = (double)band->weight[pdi_walk_bond(&f)];
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;

@@ -46,11 +46,15 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
+/* Bytes of the bits of all bonds. */
+static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
+
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
+    PDI_ARRAY(owner, body, member, body->bonds, "1");
+    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -197,12 +201,16 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
+    for (int32_t i = 0; i < body->count; i++) {
+        if (body->row[i + 1] > body->kinds) body->kinds = (int32_t)body->row[i + 1];
+        body->row[i + 1] += body->row[i];
+    }
     body->bonds = body->row[body->count];
     PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->column + body->row[i];
+        int32_t *family = body->member + body->row[i];
         size_t length = (size_t)pdi_body_family(body, c, i, family);
         qsort(family, length, sizeof *family, pdi_body_ascend);
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
@@ -251,27 +259,59 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
 
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
 {
-    int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    pd_walk f = pdi_walk_from(body, i);
+    int64_t bonds = f.bonds;
+    for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
+        for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+PDI_FN int pdi_body_whole(const pd_body *body)
 {
-    int64_t b = body->row[j];
-    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
-    return b;
+    int64_t bytes = pdi_body_bytes(body), byte = 0;
+    while (byte < bytes && !body->broken[byte]) byte++;
+    return byte == bytes;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
+        if (f.to == i) return f.n;
+    return -1;
+}
+
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
+{
+    uint8_t *bits = body->broken + (pdi_walk_from(body, i).broken - body->broken);
+    bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
+}
+
+int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
+{
+    pd_walk f = pdi_walk_from(body, i);
+    while (pdi_walk_next(&f)) {
+        if (to) to[f.n] = f.to;
+        if (broken) broken[f.n] = (uint8_t)pdi_walk_broken(&f);
+    }
+    return f.bonds;
+}
+
+int pd_body_break(pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (f.to != j) continue;
+        if (pdi_walk_broken(&f)) return 0;
+        pdi_body_mark(body, i, f.n);
+        pdi_body_mark(body, j, pdi_body_back(body, i, j));
+        return 1;
+    }
+    return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        body->broken[b] = 1;
-        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-        bonds++;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
     return bonds;
 }
 
@@ -281,11 +321,10 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || body->broken[b]) continue;
-            seen[j] = 1;
-            piece[count++] = j;
+        for (pd_walk f = pdi_walk_from(body, piece[n]); pdi_walk_next(&f);) {
+            if (seen[f.to] || pdi_walk_broken(&f)) continue;
+            seen[f.to] = 1;
+            piece[count++] = f.to;
         }
     return count;
 }

@@ -98,12 +98,12 @@ static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double 
     const pd_body *body = m->body;
     pdi_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_springs_bond(&m->springs, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
         weight *= pdi_body_weight(body, m->desc.influence, xi);
-        m->weight[b] = (float)weight;
+        m->weight[pdi_walk_bond(&f)] = (float)weight;
         if (!part) continue;
         double share = weight * volume / (square * sqrt(square));
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -120,17 +120,18 @@ static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *me
 {
     const pd_body *body = m->body;
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b], k = i;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int64_t j = f.to, k = i;
         double xi[PD_DIM], factor = 1.0;
-        pdi_springs_bond(&m->springs, i, b, xi);
+        float *weight = &m->weight[pdi_walk_bond(&f)];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
         if (m->share)
             factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
         else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
             factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
         else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
-        m->weight[b] = (float)((double)m->weight[b] * factor);
-        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+        *weight = (float)((double)*weight * factor);
+        double square = pdi_vec_dot(xi, xi), over = (double)*weight * body->volume[j] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -206,13 +207,13 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of bond b of point i, Y, r and |Y| [m]. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+/* Stretch of the bond from point i to j, Y, r and |Y| [m]. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
                                               double *r, double *length)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
     double xi[PD_DIM], eta[PD_DIM];
-    pdi_body_bond(body, i, b, xi);
+    pdi_body_bond(body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     return pdi_body_strain(xi, eta, y, r, length);
 }
@@ -243,10 +244,10 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)m->weight[pdi_walk_bond(&f)] * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -272,14 +273,14 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+/* Stiffness of a bond of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
  * broken. */
-static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
                                   double *along, double *across)
 {
-    double r, length, weight = m->modulus * (double)m->weight[b];
+    double r, length, weight = m->modulus * (double)m->weight[pdi_walk_bond(f)];
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *along = weight / r;
     *across = weight * s / length;
@@ -295,10 +296,10 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
-            double volume = body->volume[body->column[b]], longer = 0.0;
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
+            double volume = body->volume[f.to], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -318,9 +319,9 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[i] * body->volume[body->column[b]];
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[i] * body->volume[f.to];
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
@@ -345,11 +346,11 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
 }
 
 /* Half of what the bond puts on point i. */
-static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = (double)m->weight[b];
-    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    double r, length, weight = (double)m->weight[pdi_walk_bond(f)];
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 

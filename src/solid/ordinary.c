@@ -11,8 +11,9 @@
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
 
-/* Bond b of a point as it is now. */
+/* A bond of a point as it is now. */
 typedef struct pdi_ordinary_bond {
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
     double r, length;  /* [m] as it began, and now; r where displacements are small */
     double extension;  /* [m] length - r, with the digits of the displacements */
@@ -22,15 +23,15 @@ typedef struct pdi_ordinary_bond {
 } pdi_ordinary_bond;
 
 /* How the bond xi + eta is: 0: it is broken. */
-static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, const pd_walk *f,
                                     pdi_ordinary_bond *bond)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->weight = (double)o->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    bond->weight *= o->body->volume[o->body->column[b]];
-    pdi_body_bond(o->body, i, b, bond->xi);
+    bond->share = (double)o->weight[pdi_walk_bond(f)];
+    if (!(bond->share > 0.0)) return 0;
+    bond->weight = bond->share * o->body->volume[f->to];
+    pdi_body_bond(o->body, i, f->to, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -97,10 +98,10 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -162,10 +163,10 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        pdi_body_bond(body, i, b, xi);
-        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
+        double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_largest(PD_DIM, sum);
@@ -180,11 +181,11 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
 {
     pdi_ordinary_bond bond;
     double sum[PDI_SYM] = {0.0}, square = 0.0;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
@@ -223,9 +224,9 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0};
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
             for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
         }
         for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
@@ -254,9 +255,9 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            int32_t j = f.to;
+            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
@@ -276,11 +277,11 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
     pdi_ordinary_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int32_t j = f.to;
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, &f, &bond)) continue;
         pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
-        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
             turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
@@ -346,11 +347,12 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
         double q[PDI_SYM];
         pdi_ordinary_bond bond;
         pdi_ordinary_state(o, linear, u, NULL, i, q);
-        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-            energy[b] = 0.0;
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+            double *each = energy + pdi_walk_bond(&f);
+            *each = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
             double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
-            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+            *each = 0.5 * bond.share * t * bond.extension;
         }
     }
 }
@@ -361,8 +363,8 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_bond bond;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+    for (pd_walk w = pdi_walk_from(o->body, i); pdi_walk_next(&w);) {
+        if (!pdi_ordinary_look(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
             y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -388,8 +390,8 @@ static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
     pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, &f, &bond)) continue;
         double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }

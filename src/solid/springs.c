@@ -23,9 +23,9 @@
 static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
             if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
@@ -139,9 +139,9 @@ PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
-PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int32_t j, double *xi)
 {
-    pdi_body_bond(s->body, i, b, xi);
+    pdi_body_bond(s->body, i, j, xi);
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
@@ -188,10 +188,10 @@ static void pdi_springs_clear(pd_springs *s)
     const pd_body *body = s->body;
     for (int32_t k = 0; k < s->band.bands; k++)
         for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-                if (!body->broken[b]) continue;
-                s->weight[b] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
+            for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+                if (!pdi_walk_broken(&f)) continue;
+                s->weight[pdi_walk_bond(&f)] = 0.0f;
+                pdi_springs_drop(s, k, i - s->band.first[k], f.to - i);
             }
 }
 
@@ -305,12 +305,12 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
     return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
 }
 
-/* Break the bond from point i to j. */
+/* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int64_t b = pdi_body_back(s->body, j, i);
-    s->body->broken[b] = 1;
-    s->weight[b] = 0.0f;
+    int32_t n = pdi_body_back(s->body, j, i);
+    pdi_body_mark(s->body, i, n);
+    s->weight[s->body->row[i] + n] = 0.0f;
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */

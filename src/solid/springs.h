@@ -51,8 +51,8 @@ PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd
 PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
 /* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
-/* Bond b of point i [m]: of whole spacings on a lattice. */
-PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
+/* The bond from point i to j [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int32_t j, double *xi);
 /* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
 PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
 #endif

@@ -88,9 +88,9 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -122,14 +122,14 @@ static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double
 static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
 {
     const pd_body *body = o->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
         const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         double weight = pdi_body_weight(body, o->influence, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
-        to[b] = body->broken[b] ? 0.0f : (float)weight;
+        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)f.to * PD_DIM, xi);
+        to[pdi_walk_bond(&f)] = pdi_walk_broken(&f) ? 0.0f : (float)weight;
     }
 }
 
