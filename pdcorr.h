@@ -3763,8 +3763,10 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
  * points. Search: cell lists, O(count).
  *
- * Families are read by walks (pd_walk): a list of shifts leads through a table of points. Bonds have numbers, one
- * family after another, and a bit each that says whether the bond is broken.
+ * Families are read by walks (pd_walk): a list of shifts leads through a table of points. The table of a lattice has an
+ * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
+ * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
+ * broken.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -3803,9 +3805,12 @@ typedef struct pd_body {
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
     int64_t *row;      /* [count + 1] number of the first bond of each family */
-    int32_t kinds;     /* shifts: bonds of the longest family */
+    int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
+    int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
     int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
-    int32_t *member;   /* [bonds] points, one family after another */
+    int64_t places;    /* entries of the table */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
 
@@ -3840,6 +3845,7 @@ PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
 /* A walk that stands before the first bond of point i:
  *
@@ -3850,7 +3856,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     pd_walk f;
     f.first = body->row[i];
     f.bonds = (int32_t)(body->row[i + 1] - f.first);
-    f.at = body->member + f.first;
+    f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
     f.shift = body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
     f.n = f.kind = f.to = -1;
@@ -3900,6 +3906,9 @@ PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
 PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond is broken. */
 PDI_FN int pdi_body_whole(const pd_body *body);
+/* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
+ * first place, too. */
+PDI_FN double pdi_body_places(const double *n, double steps);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
@@ -25548,14 +25557,20 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, member, body->places, "1");
+    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
+}
+
 /* Bytes of the bits of all bonds. */
 static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
 
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, member, body->bonds, "1");
-    PDI_ARRAY(owner, body, shift, body->kinds, "1");
     PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
@@ -25697,18 +25712,28 @@ static int pdi_body_ascend(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
+/* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
+static int32_t pdi_body_number(pd_body *body)
+{
+    int64_t longest = 0;
+    body->row[0] = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (body->row[i + 1] > longest) longest = body->row[i + 1];
+        body->row[i + 1] += body->row[i];
+    }
+    body->bonds = body->row[body->count];
+    return (int32_t)longest;
+}
+
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
-    for (int32_t i = 0; i < body->count; i++) {
-        if (body->row[i + 1] > body->kinds) body->kinds = (int32_t)body->row[i + 1];
-        body->row[i + 1] += body->row[i];
-    }
-    body->bonds = body->row[body->count];
-    PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    body->kinds = pdi_body_number(body);
+    body->places = body->bonds;
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
@@ -25718,6 +25743,182 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
     }
     return PD_OK;
+}
+
+/* ---- lattices ---- */
+
+/* Where the points of a lattice stand along its axes. */
+typedef struct pdi_body_axes {
+    int32_t n[PD_DIM];     /* places along each axis */
+    int32_t begin[PD_DIM + 1]; /* of each axis in x */
+    double lo[PD_DIM];     /* [m] */
+    int32_t steps;         /* of a bond along an axis, at most */
+    int64_t lead;          /* entries before the first place */
+    int32_t stride[PD_DIM];
+    double *x;             /* [begin[PD_DIM]] [m] the coordinate of all points there; HUGE_VAL: there is none */
+    double *span;          /* [PD_DIM][steps + 1][2] [m] least and greatest way of so many steps; least < 0: none */
+} pdi_body_axes;
+
+static void pdi_body_axes_list(pdi_owner *owner, void *object)
+{
+    pdi_body_axes *axes = (pdi_body_axes *)object;
+    PDI_ARRAY(owner, axes, x, axes->begin[PD_DIM], "m");
+    PDI_ARRAY(owner, axes, span, axes->begin[PD_DIM] > 0 ? 2 * PD_DIM * (axes->steps + 1) : 0, "m");
+}
+
+PDI_FN double pdi_body_places(const double *n, double steps)
+{
+    double stride = 1.0, lead = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        lead += steps * stride;
+        stride *= n[d] + steps;
+    }
+    return lead + stride;
+}
+
+/* The box about all points. 0: it has too many places for a table, which is not to be longer than all families. */
+static int pdi_body_box(pd_body *body, pdi_body_axes *a)
+{
+    double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double hi = a->lo[d] = body->position[d];
+        for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
+            a->lo[d] = fmin(a->lo[d], body->position[i]);
+            hi = fmax(hi, body->position[i]);
+        }
+        n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
+        most *= 2.0 * steps + 1.0;
+    }
+    double places = pdi_body_places(n, steps);
+    if (!(places <= most * (double)body->count) || !(places < 2e9)) return 0;
+    a->steps = (int32_t)steps;
+    body->places = (int64_t)places;
+    int64_t stride = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        a->n[d] = (int32_t)n[d];
+        a->begin[d + 1] = a->begin[d] + a->n[d];
+        a->stride[d] = (int32_t)stride;
+        a->lead += a->steps * stride;
+        stride *= a->n[d] + a->steps;
+    }
+    return 1;
+}
+
+/* Coordinates along the axes. 0: two points of one place along an axis differ, or one is at no place. */
+static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
+{
+    for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
+    for (int32_t i = 0; i < body->count; i++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double x = body->position[(int64_t)i * PD_DIM + d], at = (x - a->lo[d]) / body->spacing;
+            double *known = a->x + a->begin[d] + (int32_t)floor(at + 0.5);
+            if (!(fabs(at - floor(at + 0.5)) <= PDI_BODY_ROUNDING)) return 0;
+            if (!(*known < HUGE_VAL)) *known = x;
+            if (x < *known || x > *known) return 0;
+        }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t s = 0; s <= a->steps; s++) {
+            double *span = a->span + 2 * (d * (a->steps + 1) + s);
+            span[0] = HUGE_VAL;
+            span[1] = -1.0;
+            for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
+                if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
+                span[0] = fmin(span[0], a->x[k + s] - a->x[k]);
+                span[1] = fmax(span[1], a->x[k + s] - a->x[k]);
+            }
+        }
+    return 1;
+}
+
+/* Is a place so many steps away in the family? It is if it is nearest, and if it is farthest; -1: only one of both. */
+static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k, int64_t *shift)
+{
+    int wide = 2 * a->steps + 1, belongs[2];
+    double xi[2][PD_DIM], reach = pdi_body_reach(body), most = 0.0;
+    *shift = 0;
+    for (int d = 0; d < PD_DIM; d++, k /= wide) {
+        int32_t step = (int32_t)(k % wide) - a->steps, size = step < 0 ? -step : step;
+        const double *span = a->span + 2 * (d * (a->steps + 1) + size);
+        if (span[1] < 0.0) return 0;
+        *shift += (int64_t)step * a->stride[d];
+        xi[0][d] = span[0];
+        xi[1][d] = span[1];
+        most += span[1];
+    }
+    if (!(most > 0.0)) return 0;
+    for (int e = 0; e < 2; e++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) square += xi[e][d] * xi[e][d];
+        belongs[e] = pdi_body_belongs(body, xi[e], square, reach);
+    }
+    return belongs[0] == belongs[1] ? belongs[0] : -1;
+}
+
+/* The family of a whole place, in the order of families, into `to` where that is not NULL; how many. -1: rounding
+ * decides who belongs to it. */
+static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int32_t *to)
+{
+    int64_t all = 1, shift;
+    int32_t found = 0;
+    for (int d = 0; d < PD_DIM; d++) all *= 2 * a->steps + 1;
+    for (int64_t k = 0; k < all; k++) {
+        int belongs = pdi_body_step(body, a, k, &shift);
+        if (belongs < 0) return -1;
+        if (belongs && to) to[found] = (int32_t)shift;
+        found += belongs;
+    }
+    return found;
+}
+
+/* The table. 0: two points are at one place, or families are shorter. */
+static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
+    (void)nt;
+    pdi_body_stencil(body, a, body->shift);
+    for (int64_t k = 0; k < body->places; k++) body->member[k] = -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t place = a->lead;
+        for (int d = 0; d < PD_DIM; d++) {
+            double at = (body->position[(int64_t)i * PD_DIM + d] - a->lo[d]) / body->spacing;
+            place += (int64_t)floor(at + 0.5) * a->stride[d];
+        }
+        if (body->member[place] >= 0) return 0;
+        body->member[place] = i;
+        body->place[i] = (int32_t)place;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        const int32_t *at = body->member + body->place[i];
+        int32_t found = 0;
+        for (int32_t k = 0; k < body->kinds; k++) found += at[body->shift[k]] >= 0;
+        body->row[i + 1] = found;
+    }
+    pdi_body_number(body);
+    return body->places + body->count <= body->bonds;
+}
+
+/* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the
+ * same as the one that cells find: points of one place along an axis have the same coordinate, and who belongs to it
+ * does not hang on the rounding of places. */
+static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
+{
+    pdi_body_axes axes;
+    memset(&axes, 0, sizeof axes);
+    if (!(body->spacing > 0.0) || !pdi_body_box(body, &axes)) return PD_OK;
+    pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
+    int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
+    if (kinds > 0) {
+        body->kinds = kinds;
+        body->lattice = 1;
+        status = pdi_owner_build(ctx, pdi_body_table_list, body);
+        if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
+            pdi_owner_free(ctx, pdi_body_table_list, body);
+            body->lattice = 0;
+        }
+    }
+    pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    return status;
 }
 
 /* Parts of the cells of a lattice. */
@@ -25865,9 +26066,13 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
-    pdi_body_divide(body, cells);
-    PDI_TRY(pdi_body_collect(ctx, body, cells));
-    return pdi_body_families(ctx, body, cells);
+    PDI_TRY(pdi_body_lattice(ctx, body));
+    if (!body->lattice) {
+        pdi_body_divide(body, cells);
+        PDI_TRY(pdi_body_collect(ctx, body, cells));
+        PDI_TRY(pdi_body_families(ctx, body, cells));
+    }
+    return pdi_owner_build(ctx, pdi_body_list, body);
 }
 
 pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
@@ -25884,6 +26089,7 @@ pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
 void pd_body_free(pd_ctx *ctx, pd_body *body)
 {
     pdi_owner_free(ctx, pdi_body_list, body);
+    pdi_owner_free(ctx, pdi_body_table_list, body);
     pdi_owner_free(ctx, pdi_body_row_list, body);
     memset(body, 0, sizeof *body);
 }
@@ -49449,6 +49655,18 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
 
+/* Families of a body on the lattice: its table has no more places than the box. */
+static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
+{
+    double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
+    body->kinds = (int32_t)bonds;
+    body->bonds = (int64_t)(bonds * (double)body->count);
+    double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
+    body->lattice = places + (double)body->count <= (double)body->bonds;
+    body->places = body->lattice ? (int64_t)places : body->bonds;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
@@ -49457,7 +49675,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
-    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    pdi_footprint_table(u, plan, &s.body);
     s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
     s.desc.elastic.yield = u->metal_body.yield;
@@ -49467,6 +49685,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);

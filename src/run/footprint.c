@@ -347,6 +347,18 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
 
+/* Families of a body on the lattice: its table has no more places than the box. */
+static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
+{
+    double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
+    body->kinds = (int32_t)bonds;
+    body->bonds = (int64_t)(bonds * (double)body->count);
+    double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
+    body->lattice = places + (double)body->count <= (double)body->bonds;
+    body->places = body->lattice ? (int64_t)places : body->bonds;
+}
+
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
@@ -355,7 +367,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
-    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    pdi_footprint_table(u, plan, &s.body);
     s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
     s.desc.elastic.yield = u->metal_body.yield;
@@ -365,6 +377,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);

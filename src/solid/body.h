@@ -5,8 +5,10 @@
  * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
  * points. Search: cell lists, O(count).
  *
- * Families are read by walks (pd_walk): a list of shifts leads through a table of points. Bonds have numbers, one
- * family after another, and a bit each that says whether the bond is broken.
+ * Families are read by walks (pd_walk): a list of shifts leads through a table of points. The table of a lattice has an
+ * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
+ * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
+ * broken.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -47,9 +49,12 @@ typedef struct pd_body {
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
     int64_t *row;      /* [count + 1] number of the first bond of each family */
-    int32_t kinds;     /* shifts: bonds of the longest family */
+    int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
+    int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
     int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
-    int32_t *member;   /* [bonds] points, one family after another */
+    int64_t places;    /* entries of the table */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
 
@@ -84,6 +89,7 @@ PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
 /* A walk that stands before the first bond of point i:
  *
@@ -94,7 +100,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     pd_walk f;
     f.first = body->row[i];
     f.bonds = (int32_t)(body->row[i + 1] - f.first);
-    f.at = body->member + f.first;
+    f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
     f.shift = body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
     f.n = f.kind = f.to = -1;
@@ -144,6 +150,9 @@ PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
 PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond is broken. */
 PDI_FN int pdi_body_whole(const pd_body *body);
+/* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
+ * first place, too. */
+PDI_FN double pdi_body_places(const double *n, double steps);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
