@@ -98,6 +98,7 @@
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
+ *     bond_weights how much each bond of a body counts.
  *     cut        cracks that a body has from the start, and the damage of its points.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
  *     weigh      how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
@@ -3918,6 +3919,55 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
 
 #endif
 
+/* ======== >>solid/bond_weights.h ======== */
+/* bond_weights: how much each bond of a body counts.
+ *
+ * On a lattice the weights of a whole family stand once, by the kinds of its bonds. A point has a list of its own where
+ * a bond counts otherwise, as at surfaces that factors make up for; so has each point of other bodies. Weights do not
+ * know which bonds are broken: the body does.
+ */
+#ifndef PD_BOND_WEIGHTS_H
+#define PD_BOND_WEIGHTS_H
+
+typedef struct pd_bond_weights {
+    const pd_body *body;
+    float *whole;         /* [kinds] [-] of a lattice: w by kinds of bonds */
+    const int64_t *begin; /* [count] begin of the list of a point in own, -1: it has none; NULL: no point has one */
+    int64_t listed;
+    int64_t *list;        /* [listed] that of a lattice; that of others is the row of the body */
+    int64_t room;
+    float *own;           /* [room] [-] w of all bonds of the points that have lists */
+} pd_bond_weights;
+
+#ifdef PDI_INTERNAL
+/* Weight of a bond of point i, both ends with the same bits. */
+typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_walk *bond);
+
+PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *weights);
+/* The body is borrowed. pdi_bond_weights_find has to follow. */
+PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *weights);
+/* Take weights from a function, in single precision. */
+PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *weights, pdi_bond_weights_fn weigh,
+                                       const void *self);
+/* Those that the body gives to its bonds by their length. */
+PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *weights, pd_influence influence);
+PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *weights);
+
+/* Weight of a bond of point i, broken or not. */
+static inline float pdi_bond_weights_of(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+{
+    if (w->begin && w->begin[i] >= 0) return w->own[w->begin[i] + bond->n];
+    return w->whole[bond->kind];
+}
+/* The same; 0: it is broken. */
+static inline double pdi_bond_weights_intact(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+{
+    return pdi_walk_broken(bond) ? 0.0 : (double)pdi_bond_weights_of(w, i, bond);
+}
+#endif
+
+#endif
+
 /* ======== >>solid/cut.h ======== */
 /* cut: cracks that a body has from the start, and the damage of its points.
  *
@@ -4061,6 +4111,7 @@ typedef struct pdi_weigh {
     pd_influence influence;
     pdi_weigh_way way;
     double shear;         /* [-] a */
+    const double *part;   /* [count][PD_DIM] what families have, for factors; NULL: none. Work */
     pdi_weigh_sums whole; /* zero without a spacing */
 } pdi_weigh;
 
@@ -4089,9 +4140,8 @@ PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
 PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
 /* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
 PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
-/* weight [bonds]; 0: the bond is broken. Both ends of a bond get the same number, and bonds that are broken count for g
- * as others do. */
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, float *weight);
+/* Weights of all bonds. Both ends of a bond get the same number, and bonds that are broken count as others do. */
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, pd_bond_weights *weights);
 #endif
 
 #endif
@@ -4282,7 +4332,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
 /* band: the two sums over bonds that small strains need, for many points at a time.
  *
  * Points that follow each other and whose families are alike make a band: the bonds of the next one lead to the next
- * points and have the same weights. Some points may lack a few of the bonds, as at a surface and beside a crack. A
+ * points and have the same weights. Some points may lack a few of the bonds, as at a surface, or have broken ones. A
  * lattice consists of bands as long as its rows. A band has one list of bonds, and its loops are vectors. Each point
  * takes its bonds in the order of its row, and of a bond that it lacks it takes zero, so results have the same bits
  * however points are put into bands.
@@ -4301,13 +4351,13 @@ typedef struct pd_band_bond {
 
 typedef struct pd_band {
     const pd_body *body;
-    const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
     int singles;         /* 1: points that are alone have a list of bonds, too */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
-    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its row in the body */
+    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its family in the body */
     int64_t room;
     pd_band_bond *bond;  /* [room] */
     int64_t stride;      /* entries of a field: count, and as many as keep fields off the same lines of a cache */
@@ -4335,11 +4385,12 @@ typedef struct pdi_band_sums {
 } pdi_band_sums;
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
-/* body and weight are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
+/* body and weights are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
  * pdi_band_find has to follow. */
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band);
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band);
 PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
-/* Weights have changed: bands anew. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);
 /* Take displacements u [count][PD_DIM] [m]. */
 PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u);
@@ -4392,7 +4443,7 @@ typedef struct pd_elastic {
     pd_elastic_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
@@ -4809,7 +4860,7 @@ typedef struct pd_springs_kind {
 
 typedef struct pd_springs {
     pd_body *body;
-    float *weight;          /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     pd_band band;
     int lattice;            /* 1: all bonds are whole spacings along all axes */
     int32_t reach;          /* [spacing] of a bond along an axis */
@@ -4834,14 +4885,14 @@ typedef struct pdi_springs_sweep {
 } pdi_springs_sweep;
 
 PDI_FN void pdi_springs_list(pdi_owner *owner, void *springs);
-/* body and weight are borrowed. pdi_springs_find has to follow. */
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *springs);
+/* body and weights are borrowed. pdi_springs_find has to follow. */
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *springs);
 PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
-/* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
 /* The bond from point i to j [m]: of whole spacings on a lattice. */
 PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int32_t j, double *xi);
-/* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
+/* Forces. Bonds beyond the stretch break, in the body and in bands. Returns how many. */
 PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
 #endif
 
@@ -4922,7 +4973,7 @@ typedef struct pd_microelastic {
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
     double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
@@ -5058,7 +5109,7 @@ typedef struct pd_ordinary {
     double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
     int64_t lost;       /* bonds that loose points have lost */
@@ -5306,7 +5357,7 @@ typedef struct pd_finite {
     pd_body *body;
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *total;     /* [count] [m^d] sum w V_j */
@@ -26097,6 +26148,146 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 #undef PDI_BODY_ROUNDING
 #undef PDI_BODY_KEPT
 
+/* ======== >>solid/bond_weights.c ======== */
+/* bond_weights: see bond_weights.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *object)
+{
+    pd_bond_weights *weights = (pd_bond_weights *)object;
+    int lattice = weights->body && weights->body->lattice;
+    PDI_ARRAY(owner, weights, whole, lattice ? weights->body->kinds : 0, "1");
+    PDI_ROOM(owner, weights, list, weights->listed, "1");
+    PDI_ROOM(owner, weights, own, weights->room, "1");
+}
+
+PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *w)
+{
+    memset(w, 0, sizeof *w);
+    w->body = body;
+    pd_status status = pdi_owner_build(ctx, pdi_bond_weights_list, w);
+    if (status < 0) memset(w, 0, sizeof *w);
+    return status;
+}
+
+PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
+{
+    pdi_owner_free(ctx, pdi_bond_weights_list, w);
+    memset(w, 0, sizeof *w);
+}
+
+/* Kinds that have no weight yet take those of the bonds of point i. Returns how many do. */
+static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    int32_t found = 0;
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        if (w->whole[f.kind] < (float)HUGE_VAL) continue;
+        w->whole[f.kind] = (float)weigh(self, i, &f);
+        found++;
+    }
+    return found;
+}
+
+/* Weights of kinds, of the longest family before others: those of a whole one, where there is one. */
+static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int32_t longest = 0, known;
+    for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
+    for (int32_t i = 1; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > body->row[longest + 1] - body->row[longest]) longest = i;
+    known = pdi_bond_weights_learn(w, weigh, self, longest);
+    for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
+}
+
+/* 1: a bond of point i has another weight than its kind. */
+static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
+        if (weight < whole || weight > whole) return 1;
+    }
+    return 0;
+}
+
+/* Which points of a lattice have lists, and where. Returns the length of all lists. */
+static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
+                                     const void *self)
+{
+    const pd_body *body = w->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int64_t all = 0;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_differ(w, weigh, self, i) ? 0 : -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->list[i] < 0) continue;
+        w->list[i] = all;
+        all += body->row[i + 1] - body->row[i];
+    }
+    return all;
+}
+
+/* Room for lists of so many points, and so many weights in them. */
+static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
+{
+    if (!listed) PDI_DELETE(ctx, w->listed, w->list);
+    else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
+    w->listed = listed;
+    if (!room) PDI_DELETE(ctx, w->room, w->own);
+    else if (w->room != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->room, room, w->own));
+    w->room = room;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int64_t room = body->bonds;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    w->begin = NULL;
+    if (body->lattice) {
+        PDI_TRY(pdi_bond_weights_size(ctx, w, body->count, w->room));
+        pdi_bond_weights_share(w, weigh, self);
+        room = pdi_bond_weights_mark(ctx, w, weigh, self);
+    }
+    PDI_TRY(pdi_bond_weights_size(ctx, w, body->lattice && room ? body->count : 0, room));
+    if (!room) return PD_OK;
+    w->begin = body->lattice ? w->list : body->row;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->begin[i] < 0) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
+    }
+    return PD_OK;
+}
+
+/* ---- by length ---- */
+
+typedef struct pdi_bond_weights_length {
+    const pd_body *body;
+    pd_influence influence;
+} pdi_bond_weights_length;
+
+static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(by->body, i, bond->to, xi);
+    return pdi_body_weight(by->body, by->influence, xi);
+}
+
+PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *w, pd_influence influence)
+{
+    pdi_bond_weights_length by;
+    by.body = w->body;
+    by.influence = influence;
+    return pdi_bond_weights_find(ctx, w, pdi_bond_weights_by_length, &by);
+}
+
 /* ======== >>solid/cut.c ======== */
 /* cut: see cut.h */
 #include <math.h>
@@ -26494,25 +26685,23 @@ static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double
     return pdi_weigh_factor(own, other, xi, o->whole.axis);
 }
 
-/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
-static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+/* Weight of a bond of point i. Both ends of a bond get the same number. */
+static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
-    const pd_body *body = o->body;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double xi[PD_DIM];
-        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, f.to, xi);
-        double weight = pdi_body_weight(body, o->influence, xi);
-        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)f.to * PD_DIM, xi);
-        to[pdi_walk_bond(&f)] = pdi_walk_broken(&f) ? 0.0f : (float)weight;
-    }
+    const pdi_weigh *o = (const pdi_weigh *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(o->body, i, bond->to, xi);
+    double weight = pdi_body_weight(o->body, o->influence, xi);
+    weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    if (!o->part) return weight;
+    return weight * pdi_weigh_mend(o, o->part + (int64_t)i * PD_DIM, o->part + (int64_t)bond->to * PD_DIM, xi);
 }
 
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weights *weights)
 {
     const pd_body *body = o->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
+    pdi_weigh with = *o;
     double *part = NULL;
     (void)nt;
     if (o->way != PDI_WEIGH_PLAIN) {
@@ -26520,10 +26709,10 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
         PDI_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    with.part = part;
+    pd_status status = pdi_bond_weights_find(ctx, weights, pdi_weigh_bond, &with);
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
-    return PD_OK;
+    return status;
 }
 
 #undef PDI_WEIGH_WAYS
@@ -27451,11 +27640,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
-    band->weight = weight;
+    band->weights = weights;
     band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
@@ -27483,15 +27673,15 @@ typedef struct pdi_band_bonds {
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* The bonds of point i that are not broken. */
-static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+/* The bonds of point i; intact 1: those that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
 {
-    const pd_body *body = band->body;
     bonds->count = 0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        if (!(band->weight[pdi_walk_bond(&f)] > 0.0f)) continue;
+    for (pd_walk f = pdi_walk_from(band->body, i); pdi_walk_next(&f);) {
+        float weight = pdi_bond_weights_of(band->weights, i, &f);
+        if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
-        bonds->bond[bonds->count].weight = band->weight[pdi_walk_bond(&f)];
+        bonds->bond[bonds->count].weight = weight;
         bonds->bond[bonds->count++].lanes = 0;
     }
 }
@@ -27509,19 +27699,32 @@ static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uin
     return n == a->count;
 }
 
-/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+/* The band that begins at point i: its bonds go into `all`, broken ones too. Returns the first point behind it. */
 static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t end = i + 1;
-    pdi_band_row(band, i, all);
+    pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
-        pdi_band_row(band, end, one);
+        pdi_band_row(band, end, 0, one);
         if (pdi_band_within(one, all, 0)) continue;
         if (!pdi_band_within(all, one, 0)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
     return end;
+}
+
+/* Bonds that points have and that are not broken, of `all` of the points from i to end. */
+static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t kept = 0;
+    for (int32_t n = i; n < end; n++) {
+        pdi_band_row(band, n, 1, one);
+        pdi_band_within(one, all, (uint32_t)1 << (n - i));
+    }
+    for (int32_t k = 0; k < all->count; k++)
+        if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
+    all->count = kept;
 }
 
 /* Room for so many bonds. */
@@ -27546,12 +27749,10 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        int kept = end - i > 1 || band->singles;
-        for (int32_t n = 0; n < end - i && kept; n++) {
-            pdi_band_row(band, i + n, one);
-            pdi_band_within(one, &all, (uint32_t)1 << n);
+        if (end - i > 1 || band->singles) {
+            pdi_band_keep(band, i, end, &all, one);
+            bonds += all.count;
         }
-        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -27620,7 +27821,7 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
-        double w = (double)band->weight[pdi_walk_bond(&f)];
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
         if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
@@ -27683,7 +27884,7 @@ PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
-        double w = (double)band->weight[pdi_walk_bond(&f)];
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
         if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
@@ -27738,7 +27939,7 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
 static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
                                    double *weight)
 {
-    *weight = (double)e->weight[pdi_walk_bond(f)];
+    *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
     pdi_body_bond(e->body, i, f->to, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
@@ -27802,23 +28003,11 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 {
     pd_elastic *elastic = (pd_elastic *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
-    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
     PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-}
-
-/* Weights of the bonds of point i. Both ends of a bond get the same number. */
-static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
-{
-    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
-        double xi[PD_DIM];
-        pdi_body_bond(e->body, i, f.to, xi);
-        e->weight[pdi_walk_bond(&f)] =
-            pdi_walk_broken(&f) ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
-    }
 }
 
 /* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
@@ -27907,7 +28096,7 @@ static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
-/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+/* Tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
 static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
@@ -27915,10 +28104,8 @@ static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
     int nt = pdi_par_threads(ctx, body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_weights(e, i);
+    for (int32_t i = 0; i < body->count; i++)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
-    }
     for (int32_t i = body->count - 1; i >= 0; i--)
         if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
     return flat;
@@ -27966,7 +28153,9 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &e->weights, desc->influence));
+    PDI_TRY(pdi_band_build(ctx, body, &e->weights, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -27980,6 +28169,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
     pdi_band_free(ctx, &e->band);
+    pdi_bond_weights_free(ctx, &e->weights);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -28104,7 +28294,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[pdi_walk_bond(&f)] = (double)e->weight[pdi_walk_bond(&f)] * density;
+        if (each) each[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }
@@ -28221,7 +28411,8 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_elastic_stiff(e, i);
         for (pd_walk f = pdi_walk_from(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_walk_next(&f);)
-            sum += (double)e->weight[pdi_walk_bond(&f)] * body->volume[f.to] * (pdi_elastic_stiff(e, f.to) - own);
+            sum += pdi_bond_weights_intact(&e->weights, i, &f) * body->volume[f.to] *
+                   (pdi_elastic_stiff(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;
@@ -30184,17 +30375,17 @@ static void pdi_springs_sort(pd_springs *s)
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
 }
 
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
-    s->weight = weight;
+    s->weights = weights;
     s->reach = pdi_springs_reach(ctx, body);
     s->lattice = s->reach <= PDI_SPRINGS_REACH;
     s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
     for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
-    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
@@ -30248,26 +30439,6 @@ static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int
     }
 }
 
-/* Point n of band k has the bond to the point at this offset no more. */
-static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
-{
-    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
-        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
-}
-
-/* Bonds that the body calls broken are none. */
-static void pdi_springs_clear(pd_springs *s)
-{
-    const pd_body *body = s->body;
-    for (int32_t k = 0; k < s->band.bands; k++)
-        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-                if (!pdi_walk_broken(&f)) continue;
-                s->weight[pdi_walk_bond(&f)] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], f.to - i);
-            }
-}
-
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 {
     pd_band_bond *old = NULL;
@@ -30285,7 +30456,6 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
     for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
     PDI_DELETE(ctx, longest, old);
     PDI_DELETE(ctx, longest, kind);
-    if (status == PD_OK) pdi_springs_clear(s);
     return status;
 }
 
@@ -30381,9 +30551,7 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
 /* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int32_t n = pdi_body_back(s->body, j, i);
-    pdi_body_mark(s->body, i, n);
-    s->weight[s->body->row[i] + n] = 0.0f;
+    pdi_body_mark(s->body, i, pdi_body_back(s->body, j, i));
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */
@@ -30595,8 +30763,9 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
     for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
-        double xi[PD_DIM], f[all], slope, weight = (double)o->springs->weight[pdi_walk_bond(&b)] * body->volume[b.to];
+        double xi[PD_DIM], f[all], slope, weight;
         pdi_springs_bond(o->springs, i, b.to, xi);
+        weight = (double)pdi_bond_weights_of(o->springs->weights, i, &b) * body->volume[b.to];
         double part = weight * pdi_mend_moments(o, xi, f) / o->axis;
         double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)b.to * all, f, -1.0);
         double factor = part * pdi_mend_exp(z, &slope);
@@ -30795,7 +30964,6 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
         PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
-    PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
@@ -30820,8 +30988,47 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
 
 /* ---- weights ---- */
 
-/* Weights of the bonds of point i, of a whole family; part [PD_DIM]: what it has along each axis, or of volume. */
-static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double *part)
+/* What weights are made of. */
+typedef struct pdi_microelastic_making {
+    const pd_microelastic *m;
+    pdi_microelastic_sums whole;
+    pdi_mend mend;
+    const double *part; /* [count][PD_DIM] what families have along each axis, or of volume; NULL: no such factors */
+} pdi_microelastic_making;
+
+/* Weight of the bond xi of a whole family. */
+static double pdi_microelastic_plain(const pd_microelastic *m, const double *xi)
+{
+    double weight = 1.0 + m->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    return weight * pdi_body_weight(m->body, m->desc.influence, xi);
+}
+
+static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double xi[PD_DIM];
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    return pdi_microelastic_plain(m, xi);
+}
+
+/* The same with its factor, by the parts or the shares of both ends. */
+static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_microelastic_making *o = (const pdi_microelastic_making *)self;
+    const pd_microelastic *m = o->m;
+    int64_t j = bond->to, k = i;
+    double xi[PD_DIM], factor = 1.0;
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    if (m->share)
+        factor = pdi_mend_factor(&o->mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
+    else if (o->part && m->desc.surface == PD_MICROELASTIC_VOLUME)
+        factor = 2.0 * o->whole.volume / (o->part[k * PD_DIM] + o->part[j * PD_DIM]);
+    else if (o->part) factor = pdi_weigh_factor(o->part + k * PD_DIM, o->part + j * PD_DIM, xi, o->whole.axis);
+    return (double)(float)pdi_microelastic_plain(m, xi) * factor;
+}
+
+/* What the family of point i has along each axis, or of volume, as a whole one counts. */
+static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
     pdi_sum sum[PD_DIM];
@@ -30829,37 +31036,24 @@ static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double 
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
         pdi_springs_bond(&m->springs, i, f.to, xi);
-        double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
-        weight *= pdi_body_weight(body, m->desc.influence, xi);
-        m->weight[pdi_walk_bond(&f)] = (float)weight;
-        if (!part) continue;
-        double share = weight * volume / (square * sqrt(square));
+        double square = pdi_vec_dot(xi, xi);
+        double share = pdi_microelastic_plain(m, xi) * volume / (square * sqrt(square));
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int a = 0; a < PD_DIM; a++)
             pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
                                                                            : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
-    for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
+    for (int a = 0; a < PD_DIM; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
-static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
-                                    const double *part, int32_t i)
+/* A bound of sum w/r n n V of a family: its largest row sum. */
+static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
 {
-    const pd_body *body = m->body;
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        int64_t j = f.to, k = i;
-        double xi[PD_DIM], factor = 1.0;
-        float *weight = &m->weight[pdi_walk_bond(&f)];
+    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], weight = (double)pdi_bond_weights_of(&m->weights, i, &f);
         pdi_springs_bond(&m->springs, i, f.to, xi);
-        if (m->share)
-            factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
-        else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
-            factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
-        else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
-        *weight = (float)((double)*weight * factor);
-        double square = pdi_vec_dot(xi, xi), over = (double)*weight * body->volume[j] / (square * sqrt(square));
+        double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -30871,34 +31065,33 @@ static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *me
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (theory: 8.2). first: shares are not known. */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, int first)
+ * make up for it (theory: 8.2). work [count][PD_DIM]. */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
     int nt = pdi_par_threads(ctx, body->bonds * 50);
-    int64_t count = body->count, room = count * (PD_DIM + 1); /* parts, and a bound of each family */
-    pdi_microelastic_sums whole;
-    pdi_mend mend;
-    double *part = NULL;
+    pdi_microelastic_making make;
     (void)nt;
-    PDI_TRY(PDI_NEW(ctx, "microelastic", room, part));
-    pdi_microelastic_sum(m, 0, NULL, &whole);
-    mend.springs = &m->springs;
-    mend.axis = whole.axis;
-    mend.length = sqrt(whole.stretch / whole.over);
-    int sums = !m->share && m->desc.surface != PD_MICROELASTIC_NONE;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++)
-        pdi_microelastic_family(m, i, sums ? part + (int64_t)i * PD_DIM : NULL);
-    pd_status status = m->share && first ? pdi_mend_find(ctx, &mend, m->share) : PD_OK;
-    if (status == PD_OK) {
+    memset(&make, 0, sizeof make);
+    make.m = m;
+    pdi_microelastic_sum(m, 0, NULL, &make.whole);
+    make.mend.springs = &m->springs;
+    make.mend.axis = make.whole.axis;
+    make.mend.length = sqrt(make.whole.stretch / make.whole.over);
+    if (m->share) {
+        PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_whole, m));
+        PDI_TRY(pdi_mend_find(ctx, &make.mend, m->share));
+    } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
+        make.part = work;
         PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < body->count; i++)
-            part[count * PD_DIM + i] = pdi_microelastic_mend(m, &mend, &whole, sums ? part : NULL, i);
-        m->stiffest = PD_DIM > 1 ? (double)(float)pdi_par_max_abs(ctx, count, part + count * PD_DIM) : 0.0;
+        for (int32_t i = 0; i < body->count; i++) pdi_microelastic_part(m, i, work + (int64_t)i * PD_DIM);
     }
-    PDI_DELETE(ctx, room, part);
-    return status == PD_OK ? pdi_springs_find(ctx, &m->springs) : status;
+    PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_mended, &make));
+    if (PD_DIM == 1) return PD_OK;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_bound(m, i);
+    m->stiffest = (double)(float)pdi_par_max_abs(ctx, body->count, work);
+    return PD_OK;
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -30916,9 +31109,12 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
-    PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
+    PDI_TRY(pdi_springs_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    return pdi_microelastic_weigh(ctx, m, 1);
+    PDI_TRY(pdi_microelastic_weigh(ctx, m, m->at));
+    pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->at);
+    return pdi_springs_find(ctx, &m->springs);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -30931,6 +31127,7 @@ pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelasti
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
     pdi_springs_free(ctx, &m->springs);
+    pdi_bond_weights_free(ctx, &m->weights);
     pdi_owner_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
@@ -30973,7 +31170,7 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = (double)m->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        double weight = pdi_bond_weights_intact(&m->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
@@ -31006,7 +31203,7 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
 static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
                                   double *along, double *across)
 {
-    double r, length, weight = m->modulus * (double)m->weight[pdi_walk_bond(f)];
+    double r, length, weight = m->modulus * pdi_bond_weights_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
     double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
@@ -31077,7 +31274,7 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
 static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = (double)m->weight[pdi_walk_bond(f)];
+    double r, length, weight = pdi_bond_weights_intact(&m->weights, i, f);
     double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
@@ -31091,7 +31288,7 @@ static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const 
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self, 0);
+    return pdi_springs_find(ctx, &((pd_microelastic *)self)->springs);
 }
 
 static double pdi_microelastic_solid_limit(const void *self, double density)
@@ -31104,7 +31301,7 @@ static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archiv
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m, 0) : PD_OK;
+    return archive->reading ? pdi_springs_find(ctx, &m->springs) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)
@@ -31352,7 +31549,7 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->share = (double)o->weight[pdi_walk_bond(f)];
+    bond->share = pdi_bond_weights_intact(&o->weights, i, f);
     if (!(bond->share > 0.0)) return 0;
     bond->weight = bond->share * o->body->volume[f->to];
     pdi_body_bond(o->body, i, f->to, bond->xi);
@@ -31376,22 +31573,23 @@ static int pdi_ordinary_by_strain(const pd_ordinary *o)
 }
 
 /* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
-static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 {
     int strain = pdi_ordinary_by_strain(o);
-    memset(weigh, 0, sizeof *weigh);
-    weigh->body = o->body;
-    weigh->influence = o->desc.influence;
-    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
-    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
-    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
-    const pdi_weigh_sums *whole = &weigh->whole;
-    o->shear = weigh->shear;
+    pdi_weigh weigh;
+    memset(&weigh, 0, sizeof weigh);
+    weigh.body = o->body;
+    weigh.influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh.way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh.way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, &weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh.whole;
+    o->shear = weigh.shear;
     o->bulk = whole->size;
     o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
         o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
-    return PD_OK;
+    return pdi_weigh_bonds(ctx, &weigh, &o->weights);
 }
 
 /* ---- families ---- */
@@ -31423,7 +31621,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
@@ -31488,7 +31686,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         pdi_body_bond(body, i, f.to, xi);
         double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
@@ -31783,34 +31981,32 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
-/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
-static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+/* Laws of all families. Returns the first point that has none; -1: all have one. */
+static int32_t pdi_ordinary_families(const pd_ctx *ctx, const pd_ordinary *o)
 {
     const pd_body *body = o->body;
+    int32_t bad = -1;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    *bad = -1;
-    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_family(o, i);
         if (good < 1) o->bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
-    return PD_OK;
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) bad = i;
+    return bad;
 }
 
 /* Points lose the bonds that tell no strain, or are the error. */
-static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
 {
     pd_body *body = o->body;
-    int32_t bad;
-    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    int32_t bad = pdi_ordinary_families(ctx, o);
     while (bad >= 0 && o->desc.loose) {
         for (int32_t i = bad; i < body->count; i++)
             if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
-        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+        bad = pdi_ordinary_families(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
@@ -31847,9 +32043,7 @@ static double pdi_ordinary_normal(const void *self, int32_t i, const double *str
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
-    pdi_weigh weigh;
-    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
-    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -31873,7 +32067,6 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
 {
     pd_ordinary *ordinary = (pd_ordinary *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
-    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
@@ -31903,6 +32096,8 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -31938,6 +32133,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);
 }
@@ -32582,7 +32778,7 @@ static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FIN
 /* A bond of point i. 0: it is broken. */
 static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
 {
-    bond->share = (double)f->weight[pdi_walk_bond(b)];
+    bond->share = pdi_bond_weights_intact(&f->weights, i, b);
     if (!(bond->share > 0.0)) return 0;
     pdi_body_bond(f->body, i, b->to, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
@@ -32614,7 +32810,6 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     pd_finite *finite = (pd_finite *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_own(finite) ? bonds : count;
-    PDI_ARRAY(owner, finite, weight, bonds, "1");
     PDI_ARRAY(owner, finite, back, bonds, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, finite, total, count, "m^d");
@@ -32629,17 +32824,16 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
-/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
-static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+/* Where bonds stand in the families of their other ends. */
+static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
 {
     const pd_body *body = f->body;
-    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
-        double xi[PD_DIM];
-        int64_t k = pdi_walk_bond(&b);
-        f->back[k] = pdi_body_back(body, i, b.to);
-        pdi_body_bond(body, i, b.to, xi);
-        f->weight[k] = pdi_walk_broken(&b) ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
-    }
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
+            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
@@ -32704,17 +32898,14 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double 
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+/* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
  * none. */
 static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < f->body->count; i++) {
-        pdi_finite_bonds(f, i);
-        pdi_finite_shares(f, i);
-    }
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_shares(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
         if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
     return -1;
@@ -32769,6 +32960,9 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     f->mu = moduli.mu;
     f->spring = pdi_finite_spring(f);
     PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &f->weights, desc->influence));
+    pdi_finite_backs(ctx, f);
     return pdi_finite_update(ctx, f);
 }
 
@@ -32781,6 +32975,7 @@ pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc
 
 void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 {
+    pdi_bond_weights_free(ctx, &f->weights);
     pdi_owner_free(ctx, pdi_finite_list, f);
     memset(f, 0, sizeof *f);
 }
@@ -49624,6 +49819,17 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
+/* [byte] of the weights of bonds. lists 1: points may have their own. */
+static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, int lists)
+{
+    pd_bond_weights weights;
+    memset(&weights, 0, sizeof weights);
+    weights.body = &s->body;
+    weights.listed = s->body.lattice && lists ? s->count : 0;
+    weights.room = s->body.lattice ? 0 : s->body.bonds;
+    return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
+}
+
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
@@ -49644,13 +49850,17 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
     switch (s->desc.material) {
     case PD_STRUCTURE_SPRINGS:
         return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_weights(plan, s, 1) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_ORDINARY:
+        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_HENCKY:
+        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_CORRESPONDENCE: break;
     }
     return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_weights(plan, s, 0) +
            pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }

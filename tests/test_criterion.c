@@ -127,7 +127,7 @@ TEST(energies)
                 for (int k = 0; k < PD_DIM; k++) square += xi[k] * xi[k];
                 for (int k = 0; k < T; k++) e += g[k] * xi[k / PD_DIM] * xi[k % PD_DIM] / square;
                 double wanted = (PD_DIM * bulk / material.bulk - alpha / PD_DIM) * trace + alpha * e;
-                own -= (double)material.weight[at] * square * e * wanted;
+                own -= pdi_bond_weights_intact(&material.weights, i, &b) * square * e * wanted;
                 off = fmax(off, fabs(own) / (alpha * square * 1e-6));
             }
         CHECK_REL(sum, solid.energy(&c->ctx, solid.self, c->u), 1e-12);

@@ -203,7 +203,7 @@ static void patterns(const solid_case *c, const pd_finite *f, int32_t i, const d
     memset(energy, 0, 4 * sizeof *energy);
     for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
         double xi[PD_DIM], along = 0.0, size = 0.0, r, shear;
-        double weight = (double)f->weight[pdi_walk_bond(&b)] * c->volume[0];
+        double weight = pdi_bond_weights_intact(&f->weights, i, &b) * c->volume[0];
         pdi_body_bond(&c->body, i, b.to, xi);
         r = sqrt(pdi_tensor_dot(xi, xi));
         for (int q = 0; q < PD_DIM; q++) {

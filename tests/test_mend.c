@@ -107,6 +107,14 @@ TEST(stiffness)
     }
 }
 
+/* Weights of all bonds. */
+static void keep(const bar *c, float *to)
+{
+    for (int32_t i = 0; i < c->body.count; i++)
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+            to[pdi_walk_bond(&b)] = pdi_bond_weights_of(&c->springs.weights, i, &b);
+}
+
 /* Factors are within their bounds, the same at both ends and in the mirror image to the bit; whole families that join
  * whole ones have none, and a crack of the bulk takes what it took. */
 TEST(factors)
@@ -116,12 +124,13 @@ TEST(factors)
     int64_t whole = 0, bulk = 0;
     double least = 1.0, most = 1.0, critical;
     if (!c || !CHECK(c->body.bonds <= MOST * 140)) return;
-    memcpy(kept[0], c->springs.weight, (size_t)c->body.bonds * sizeof **kept);
+    keep(c, kept[0]);
     critical = c->springs.critical;
     end(c);
     c = make(c->n[0], c->n[1], 0, 2.0, PD_MICROELASTIC_MOMENTS);
     if (!c) return;
     const pd_body *body = &c->body;
+    keep(c, kept[1]);
     CHECK(c->springs.critical <= critical && c->springs.critical >= critical);
     for (int32_t i = 0; i < body->count; i++)
         if (body->row[i + 1] - body->row[i] > whole) whole = body->row[i + 1] - body->row[i];
@@ -129,16 +138,16 @@ TEST(factors)
         for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
             int32_t j = b.to, mirror[2] = {i, j};
             int64_t at = pdi_walk_bond(&b);
-            double factor = (double)c->springs.weight[at] / (double)kept[0][at];
+            double factor = (double)kept[1][at] / (double)kept[0][at];
             least = fmin(least, factor);
             most = fmax(most, factor);
             int64_t back = body->row[j] + pdi_body_back(body, i, j);
-            CHECK(memcmp(&c->springs.weight[at], &c->springs.weight[back], sizeof(float)) == 0);
+            CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             for (int e = 0; e < 2; e++) mirror[e] += c->n[0] - 1 - 2 * (mirror[e] % c->n[0]);
             back = body->row[mirror[1]] + pdi_body_back(body, mirror[0], mirror[1]);
-            CHECK(memcmp(&c->springs.weight[at], &c->springs.weight[back], sizeof(float)) == 0);
+            CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             if (body->row[i + 1] - body->row[i] < whole || body->row[j + 1] - body->row[j] < whole) continue;
-            CHECK(memcmp(&c->springs.weight[at], &kept[0][at], sizeof(float)) == 0);
+            CHECK(memcmp(&kept[1][at], &kept[0][at], sizeof(float)) == 0);
             bulk++;
         }
     NOTE("factors from %.3f to %.3f; %.0f bonds of the bulk have none", least, most, (double)bulk);
@@ -176,7 +185,7 @@ TEST(slanted)
                         square = xi[0] * xi[0] + xi[1] * xi[1];
                         for (int d = 0; d < 2; d++) e += xi[d] * (c->u[j * 2 + d] - c->u[i * 2 + d]);
                         e /= 1e-7 * square;
-                        double weight = (double)c->springs.weight[pdi_walk_bond(&b)];
+                        double weight = pdi_bond_weights_intact(&c->springs.weights, i, &b);
                         sum += 0.5 * c->springs.modulus * weight * e * e * sqrt(square);
                     }
             young[way] = sum / (20.0 * cells);

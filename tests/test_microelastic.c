@@ -84,7 +84,7 @@ static double density(const bar_case *c, const double *e)
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
         for (int k = 0; k < PD_DIM * PD_DIM; k++) s += e[k] * xi[k / PD_DIM] * xi[k % PD_DIM];
         s /= square;
-        sum += (double)c->material.weight[pdi_walk_bond(&b)] * s * s * sqrt(square) * c->volume[b.to];
+        sum += pdi_bond_weights_intact(&c->material.weights, i, &b) * s * s * sqrt(square) * c->volume[b.to];
     }
     return 0.25 * c->material.modulus * sum;
 }
@@ -172,7 +172,7 @@ static double off_by(const bar_case *c, const double *u, const double *force)
             pdi_body_bond(body, i, b.to, xi);
             for (int d = 0; d < PD_DIM; d++) eta[d] = u[j * PD_DIM + d] - u[i * PD_DIM + d];
             double share = pdi_body_strain(xi, eta, y, &r, &length) / length;
-            share *= c->material.modulus * (double)c->material.weight[pdi_walk_bond(&b)] * body->volume[j];
+            share *= c->material.modulus * pdi_bond_weights_intact(&c->material.weights, i, &b) * body->volume[j];
             for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
         }
         for (int d = 0; d < PD_DIM; d++) {
@@ -223,7 +223,7 @@ TEST(vectors)
         worst = fmax(worst, off_by(c, u[1], force[1]));
         for (int32_t i = 0; i < all; i++)
             for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
-                CHECK(pdi_walk_broken(&b) == (c->material.weight[pdi_walk_bond(&b)] > 0.0f ? 0 : 1));
+                CHECK(pdi_walk_broken(&b) == (pdi_bond_weights_intact(&c->material.weights, i, &b) > 0.0 ? 0 : 1));
                 pd_walk back = pdi_walk_from(&c->body, b.to);
                 while (pdi_walk_next(&back) && back.to != i) continue;
                 CHECK(pdi_walk_broken(&b) == pdi_walk_broken(&back));

@@ -316,6 +316,17 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
+/* [byte] of the weights of bonds. lists 1: points may have their own. */
+static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, int lists)
+{
+    pd_bond_weights weights;
+    memset(&weights, 0, sizeof weights);
+    weights.body = &s->body;
+    weights.listed = s->body.lattice && lists ? s->count : 0;
+    weights.room = s->body.lattice ? 0 : s->body.bonds;
+    return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
+}
+
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
@@ -336,13 +347,17 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
     switch (s->desc.material) {
     case PD_STRUCTURE_SPRINGS:
         return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_weights(plan, s, 1) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_ORDINARY:
+        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_HENCKY:
+        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_CORRESPONDENCE: break;
     }
     return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_weights(plan, s, 0) +
            pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }

@@ -36,11 +36,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
-    band->weight = weight;
+    band->weights = weights;
     band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
@@ -68,15 +69,15 @@ typedef struct pdi_band_bonds {
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* The bonds of point i that are not broken. */
-static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+/* The bonds of point i; intact 1: those that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
 {
-    const pd_body *body = band->body;
     bonds->count = 0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        if (!(band->weight[pdi_walk_bond(&f)] > 0.0f)) continue;
+    for (pd_walk f = pdi_walk_from(band->body, i); pdi_walk_next(&f);) {
+        float weight = pdi_bond_weights_of(band->weights, i, &f);
+        if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
-        bonds->bond[bonds->count].weight = band->weight[pdi_walk_bond(&f)];
+        bonds->bond[bonds->count].weight = weight;
         bonds->bond[bonds->count++].lanes = 0;
     }
 }
@@ -94,19 +95,32 @@ static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uin
     return n == a->count;
 }
 
-/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+/* The band that begins at point i: its bonds go into `all`, broken ones too. Returns the first point behind it. */
 static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t end = i + 1;
-    pdi_band_row(band, i, all);
+    pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
-        pdi_band_row(band, end, one);
+        pdi_band_row(band, end, 0, one);
         if (pdi_band_within(one, all, 0)) continue;
         if (!pdi_band_within(all, one, 0)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
     return end;
+}
+
+/* Bonds that points have and that are not broken, of `all` of the points from i to end. */
+static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t kept = 0;
+    for (int32_t n = i; n < end; n++) {
+        pdi_band_row(band, n, 1, one);
+        pdi_band_within(one, all, (uint32_t)1 << (n - i));
+    }
+    for (int32_t k = 0; k < all->count; k++)
+        if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
+    all->count = kept;
 }
 
 /* Room for so many bonds. */
@@ -131,12 +145,10 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        int kept = end - i > 1 || band->singles;
-        for (int32_t n = 0; n < end - i && kept; n++) {
-            pdi_band_row(band, i + n, one);
-            pdi_band_within(one, &all, (uint32_t)1 << n);
+        if (end - i > 1 || band->singles) {
+            pdi_band_keep(band, i, end, &all, one);
+            bonds += all.count;
         }
-        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -205,7 +217,7 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
-        double w = (double)band->weight[pdi_walk_bond(&f)];
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
         if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
@@ -268,7 +280,7 @@ PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
-        double w = (double)band->weight[pdi_walk_bond(&f)];
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
         if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {

@@ -22,7 +22,7 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
 static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
                                    double *weight)
 {
-    *weight = (double)e->weight[pdi_walk_bond(f)];
+    *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
     pdi_body_bond(e->body, i, f->to, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
@@ -86,23 +86,11 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 {
     pd_elastic *elastic = (pd_elastic *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
-    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
     PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-}
-
-/* Weights of the bonds of point i. Both ends of a bond get the same number. */
-static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
-{
-    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
-        double xi[PD_DIM];
-        pdi_body_bond(e->body, i, f.to, xi);
-        e->weight[pdi_walk_bond(&f)] =
-            pdi_walk_broken(&f) ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
-    }
 }
 
 /* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
@@ -191,7 +179,7 @@ static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
-/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+/* Tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
 static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
@@ -199,10 +187,8 @@ static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
     int nt = pdi_par_threads(ctx, body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_weights(e, i);
+    for (int32_t i = 0; i < body->count; i++)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
-    }
     for (int32_t i = body->count - 1; i >= 0; i--)
         if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
     return flat;
@@ -250,7 +236,9 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &e->weights, desc->influence));
+    PDI_TRY(pdi_band_build(ctx, body, &e->weights, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -264,6 +252,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
     pdi_band_free(ctx, &e->band);
+    pdi_bond_weights_free(ctx, &e->weights);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -388,7 +377,7 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[pdi_walk_bond(&f)] = (double)e->weight[pdi_walk_bond(&f)] * density;
+        if (each) each[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }
@@ -505,7 +494,8 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_elastic_stiff(e, i);
         for (pd_walk f = pdi_walk_from(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_walk_next(&f);)
-            sum += (double)e->weight[pdi_walk_bond(&f)] * body->volume[f.to] * (pdi_elastic_stiff(e, f.to) - own);
+            sum += pdi_bond_weights_intact(&e->weights, i, &f) * body->volume[f.to] *
+                   (pdi_elastic_stiff(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;

@@ -23,7 +23,7 @@ static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FIN
 /* A bond of point i. 0: it is broken. */
 static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
 {
-    bond->share = (double)f->weight[pdi_walk_bond(b)];
+    bond->share = pdi_bond_weights_intact(&f->weights, i, b);
     if (!(bond->share > 0.0)) return 0;
     pdi_body_bond(f->body, i, b->to, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
@@ -55,7 +55,6 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     pd_finite *finite = (pd_finite *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_own(finite) ? bonds : count;
-    PDI_ARRAY(owner, finite, weight, bonds, "1");
     PDI_ARRAY(owner, finite, back, bonds, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, finite, total, count, "m^d");
@@ -70,17 +69,16 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
-/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
-static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+/* Where bonds stand in the families of their other ends. */
+static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
 {
     const pd_body *body = f->body;
-    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
-        double xi[PD_DIM];
-        int64_t k = pdi_walk_bond(&b);
-        f->back[k] = pdi_body_back(body, i, b.to);
-        pdi_body_bond(body, i, b.to, xi);
-        f->weight[k] = pdi_walk_broken(&b) ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
-    }
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
+            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
@@ -145,17 +143,14 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double 
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+/* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
  * none. */
 static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < f->body->count; i++) {
-        pdi_finite_bonds(f, i);
-        pdi_finite_shares(f, i);
-    }
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_shares(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
         if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
     return -1;
@@ -210,6 +205,9 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     f->mu = moduli.mu;
     f->spring = pdi_finite_spring(f);
     PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &f->weights, desc->influence));
+    pdi_finite_backs(ctx, f);
     return pdi_finite_update(ctx, f);
 }
 
@@ -222,6 +220,7 @@ pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc
 
 void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 {
+    pdi_bond_weights_free(ctx, &f->weights);
     pdi_owner_free(ctx, pdi_finite_list, f);
     memset(f, 0, sizeof *f);
 }

@@ -28,7 +28,7 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->share = (double)o->weight[pdi_walk_bond(f)];
+    bond->share = pdi_bond_weights_intact(&o->weights, i, f);
     if (!(bond->share > 0.0)) return 0;
     bond->weight = bond->share * o->body->volume[f->to];
     pdi_body_bond(o->body, i, f->to, bond->xi);
@@ -52,22 +52,23 @@ static int pdi_ordinary_by_strain(const pd_ordinary *o)
 }
 
 /* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
-static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 {
     int strain = pdi_ordinary_by_strain(o);
-    memset(weigh, 0, sizeof *weigh);
-    weigh->body = o->body;
-    weigh->influence = o->desc.influence;
-    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
-    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
-    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
-    const pdi_weigh_sums *whole = &weigh->whole;
-    o->shear = weigh->shear;
+    pdi_weigh weigh;
+    memset(&weigh, 0, sizeof weigh);
+    weigh.body = o->body;
+    weigh.influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh.way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh.way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, &weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh.whole;
+    o->shear = weigh.shear;
     o->bulk = whole->size;
     o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
         o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
-    return PD_OK;
+    return pdi_weigh_bonds(ctx, &weigh, &o->weights);
 }
 
 /* ---- families ---- */
@@ -99,7 +100,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
@@ -164,7 +165,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = (double)o->weight[pdi_walk_bond(&f)] * body->volume[f.to];
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         pdi_body_bond(body, i, f.to, xi);
         double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
@@ -459,34 +460,32 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
-/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
-static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+/* Laws of all families. Returns the first point that has none; -1: all have one. */
+static int32_t pdi_ordinary_families(const pd_ctx *ctx, const pd_ordinary *o)
 {
     const pd_body *body = o->body;
+    int32_t bad = -1;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    *bad = -1;
-    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_family(o, i);
         if (good < 1) o->bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
-    return PD_OK;
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) bad = i;
+    return bad;
 }
 
 /* Points lose the bonds that tell no strain, or are the error. */
-static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
 {
     pd_body *body = o->body;
-    int32_t bad;
-    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    int32_t bad = pdi_ordinary_families(ctx, o);
     while (bad >= 0 && o->desc.loose) {
         for (int32_t i = bad; i < body->count; i++)
             if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
-        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+        bad = pdi_ordinary_families(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
@@ -523,9 +522,7 @@ static double pdi_ordinary_normal(const void *self, int32_t i, const double *str
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
-    pdi_weigh weigh;
-    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
-    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -549,7 +546,6 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
 {
     pd_ordinary *ordinary = (pd_ordinary *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
-    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
@@ -579,6 +575,8 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -614,6 +612,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);
 }

@@ -111,17 +111,17 @@ static void pdi_springs_sort(pd_springs *s)
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
 }
 
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
-    s->weight = weight;
+    s->weights = weights;
     s->reach = pdi_springs_reach(ctx, body);
     s->lattice = s->reach <= PDI_SPRINGS_REACH;
     s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
     for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
-    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
@@ -175,26 +175,6 @@ static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int
     }
 }
 
-/* Point n of band k has the bond to the point at this offset no more. */
-static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
-{
-    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
-        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
-}
-
-/* Bonds that the body calls broken are none. */
-static void pdi_springs_clear(pd_springs *s)
-{
-    const pd_body *body = s->body;
-    for (int32_t k = 0; k < s->band.bands; k++)
-        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-                if (!pdi_walk_broken(&f)) continue;
-                s->weight[pdi_walk_bond(&f)] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], f.to - i);
-            }
-}
-
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 {
     pd_band_bond *old = NULL;
@@ -212,7 +192,6 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
     for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
     PDI_DELETE(ctx, longest, old);
     PDI_DELETE(ctx, longest, kind);
-    if (status == PD_OK) pdi_springs_clear(s);
     return status;
 }
 
@@ -308,9 +287,7 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
 /* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int32_t n = pdi_body_back(s->body, j, i);
-    pdi_body_mark(s->body, i, n);
-    s->weight[s->body->row[i] + n] = 0.0f;
+    pdi_body_mark(s->body, i, pdi_body_back(s->body, j, i));
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */
