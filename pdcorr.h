@@ -4354,6 +4354,7 @@ typedef struct pd_band {
     const pd_bond_weights *weights; /* borrowed */
     int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
     int singles;         /* 1: points that are alone have a list of bonds, too */
+    int vectors;         /* 1: all points of a band have the same vector of whole spacings for a bond */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
@@ -25827,7 +25828,7 @@ PDI_FN double pdi_body_places(const double *n, double steps)
     return lead + stride;
 }
 
-/* The box about all points. 0: it has too many places for a table, which is not to be longer than all families. */
+/* The box about all points. 0: it has too many places for a table. */
 static int pdi_body_box(pd_body *body, pdi_body_axes *a)
 {
     double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
@@ -25841,7 +25842,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
         most *= 2.0 * steps + 1.0;
     }
     double places = pdi_body_places(n, steps);
-    if (!(places <= most * (double)body->count) || !(places < 2e9)) return 0;
+    if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
     body->places = (int64_t)places;
     int64_t stride = 1;
@@ -25921,7 +25922,7 @@ static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int
     return found;
 }
 
-/* The table. 0: two points are at one place, or families are shorter. */
+/* The table. 0: two points are at one place, or families with a weight for each bond are shorter. */
 static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
@@ -25946,7 +25947,7 @@ static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes 
         body->row[i + 1] = found;
     }
     pdi_body_number(body);
-    return body->places + body->count <= body->bonds;
+    return body->places + body->count <= 2 * body->bonds;
 }
 
 /* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the
@@ -27616,6 +27617,9 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 /* Bits of a bond that all points of the longest band have. */
 #define PDI_BAND_ALL UINT32_MAX
 
+/* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
+#define PDI_BAND_STEPS 1024
+
 PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
@@ -27667,11 +27671,23 @@ PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
     memset(band, 0, sizeof *band);
 }
 
-/* A list of bonds on its way into a band. */
+/* A list of bonds on its way into a band: lanes are the steps of their vectors until points are known. */
 typedef struct pdi_band_bonds {
     int32_t count;
     pd_band_bond *bond;
 } pdi_band_bonds;
+
+/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
+{
+    double xi[PD_DIM];
+    uint32_t steps = 0;
+    if (!band->vectors) return 0;
+    pdi_body_bond(band->body, i, j, xi);
+    for (int d = 0; d < PD_DIM; d++)
+        steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
+    return steps;
+}
 
 /* The bonds of point i; intact 1: those that are not broken. */
 static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
@@ -27682,18 +27698,18 @@ static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bo
         if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
         bonds->bond[bonds->count].weight = weight;
-        bonds->bond[bonds->count++].lanes = 0;
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
     }
 }
 
-/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
-static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+/* 1: all bonds of a are in b, in the same order, with the same weights and vectors. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
 {
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
-        if (a->bond[n].offset != b->bond[k].offset) continue;
-        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
-        b->bond[k].lanes |= lanes;
+        const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
+        if (own->offset != other->offset) continue;
+        if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
     return n == a->count;
@@ -27706,8 +27722,8 @@ static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all
     pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
         pdi_band_row(band, end, 0, one);
-        if (pdi_band_within(one, all, 0)) continue;
-        if (!pdi_band_within(all, one, 0)) break;
+        if (pdi_band_within(one, all)) continue;
+        if (!pdi_band_within(all, one)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
@@ -27718,9 +27734,14 @@ static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all
 static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t kept = 0;
+    for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
     for (int32_t n = i; n < end; n++) {
         pdi_band_row(band, n, 1, one);
-        pdi_band_within(one, all, (uint32_t)1 << (n - i));
+        for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
+            if (one->bond[own].offset != all->bond[k].offset) continue;
+            all->bond[k].lanes |= (uint32_t)1 << (n - i);
+            own++;
+        }
     }
     for (int32_t k = 0; k < all->count; k++)
         if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
@@ -27914,6 +27935,7 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 
 #undef PDI_BAND_LINE
 #undef PDI_BAND_ALL
+#undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART
 
@@ -30387,6 +30409,7 @@ PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_wei
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
     if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
+    s->band.vectors = s->lattice;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
     if (status < 0) pdi_springs_free(ctx, s);
@@ -49873,7 +49896,7 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
     body->kinds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
     double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
-    body->lattice = places + (double)body->count <= (double)body->bonds;
+    body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
     body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 

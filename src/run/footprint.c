@@ -370,7 +370,7 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
     body->kinds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
     double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
-    body->lattice = places + (double)body->count <= (double)body->bonds;
+    body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
     body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 

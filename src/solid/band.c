@@ -12,6 +12,9 @@
 /* Bits of a bond that all points of the longest band have. */
 #define PDI_BAND_ALL UINT32_MAX
 
+/* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
+#define PDI_BAND_STEPS 1024
+
 PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
@@ -63,11 +66,23 @@ PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
     memset(band, 0, sizeof *band);
 }
 
-/* A list of bonds on its way into a band. */
+/* A list of bonds on its way into a band: lanes are the steps of their vectors until points are known. */
 typedef struct pdi_band_bonds {
     int32_t count;
     pd_band_bond *bond;
 } pdi_band_bonds;
+
+/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
+{
+    double xi[PD_DIM];
+    uint32_t steps = 0;
+    if (!band->vectors) return 0;
+    pdi_body_bond(band->body, i, j, xi);
+    for (int d = 0; d < PD_DIM; d++)
+        steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
+    return steps;
+}
 
 /* The bonds of point i; intact 1: those that are not broken. */
 static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
@@ -78,18 +93,18 @@ static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bo
         if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
         bonds->bond[bonds->count].weight = weight;
-        bonds->bond[bonds->count++].lanes = 0;
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
     }
 }
 
-/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
-static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+/* 1: all bonds of a are in b, in the same order, with the same weights and vectors. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
 {
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
-        if (a->bond[n].offset != b->bond[k].offset) continue;
-        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
-        b->bond[k].lanes |= lanes;
+        const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
+        if (own->offset != other->offset) continue;
+        if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
     return n == a->count;
@@ -102,8 +117,8 @@ static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all
     pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
         pdi_band_row(band, end, 0, one);
-        if (pdi_band_within(one, all, 0)) continue;
-        if (!pdi_band_within(all, one, 0)) break;
+        if (pdi_band_within(one, all)) continue;
+        if (!pdi_band_within(all, one)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
@@ -114,9 +129,14 @@ static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all
 static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t kept = 0;
+    for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
     for (int32_t n = i; n < end; n++) {
         pdi_band_row(band, n, 1, one);
-        pdi_band_within(one, all, (uint32_t)1 << (n - i));
+        for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
+            if (one->bond[own].offset != all->bond[k].offset) continue;
+            all->bond[k].lanes |= (uint32_t)1 << (n - i);
+            own++;
+        }
     }
     for (int32_t k = 0; k < all->count; k++)
         if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
@@ -310,5 +330,6 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 
 #undef PDI_BAND_LINE
 #undef PDI_BAND_ALL
+#undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART

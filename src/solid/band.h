@@ -24,6 +24,7 @@ typedef struct pd_band {
     const pd_bond_weights *weights; /* borrowed */
     int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
     int singles;         /* 1: points that are alone have a list of bonds, too */
+    int vectors;         /* 1: all points of a band have the same vector of whole spacings for a bond */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */

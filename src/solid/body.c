@@ -265,7 +265,7 @@ PDI_FN double pdi_body_places(const double *n, double steps)
     return lead + stride;
 }
 
-/* The box about all points. 0: it has too many places for a table, which is not to be longer than all families. */
+/* The box about all points. 0: it has too many places for a table. */
 static int pdi_body_box(pd_body *body, pdi_body_axes *a)
 {
     double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
@@ -279,7 +279,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
         most *= 2.0 * steps + 1.0;
     }
     double places = pdi_body_places(n, steps);
-    if (!(places <= most * (double)body->count) || !(places < 2e9)) return 0;
+    if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
     body->places = (int64_t)places;
     int64_t stride = 1;
@@ -359,7 +359,7 @@ static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int
     return found;
 }
 
-/* The table. 0: two points are at one place, or families are shorter. */
+/* The table. 0: two points are at one place, or families with a weight for each bond are shorter. */
 static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
@@ -384,7 +384,7 @@ static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes 
         body->row[i + 1] = found;
     }
     pdi_body_number(body);
-    return body->places + body->count <= body->bonds;
+    return body->places + body->count <= 2 * body->bonds;
 }
 
 /* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the

@@ -123,6 +123,7 @@ PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_wei
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
     if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
+    s->band.vectors = s->lattice;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
     if (status < 0) pdi_springs_free(ctx, s);
