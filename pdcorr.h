@@ -98,6 +98,7 @@
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
+ *     bond_weights how much each bond of a body counts.
  *     cut        cracks that a body has from the start, and the damage of its points.
  *     solid      what solvers see of a material: forces, their derivative, energy and stress.
  *     weigh      how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
@@ -3761,8 +3762,13 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
  * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
- * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
- * does not depend on the order of the points. Search: cell lists, O(count).
+ * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
+ * points. Search: cell lists, O(count).
+ *
+ * Families are read by walks (pd_walk): a list of shifts leads through a table of points. The table of a lattice has an
+ * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
+ * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
+ * broken.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -3800,28 +3806,81 @@ typedef struct pd_body {
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
-    int64_t *row;      /* [count + 1] begin of each family in column */
-    int32_t *column;   /* [bonds] points */
-    uint8_t *broken;   /* [bonds] 1: the bond is broken; both of its ends say so */
+    int64_t *row;      /* [count + 1] number of the first bond of each family */
+    int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
+    int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
+    int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
+    int64_t places;    /* entries of the table */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
+
+/* A walk through the family of a point, from bond to bond. */
+typedef struct pd_walk {
+    const int32_t *at;     /* entry of the point in member */
+    const int32_t *shift;  /* of the body */
+    const uint8_t *broken; /* bits of the family */
+    int64_t first;         /* number of its first bond */
+    int32_t bonds;         /* how many it has */
+    int32_t n;             /* the bond that the walk is at: bond n of the family */
+    int32_t kind;          /* its shift */
+    int32_t to;            /* the point at its other end */
+} pd_walk;
 
 #define pd_body_build PD_NAME(pd_body_build)
 #define pd_body_free PD_NAME(pd_body_free)
+#define pd_body_family PD_NAME(pd_body_family)
+#define pd_body_break PD_NAME(pd_body_break)
 
 /* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
  * PD_ERR_GEOMETRY: two points at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
+/* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
+ * [row[i + 1] - row[i]], or NULL. Returns how many there are. */
+PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
+/* Break the bond of two points, at both ends. 1: it was intact; 0: it was broken, or there is none. */
+PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
-/* The other end of a bond less point i [m]. */
-static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, double *xi)
+/* A walk that stands before the first bond of point i:
+ *
+ *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
+ */
+static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
+{
+    pd_walk f;
+    f.first = body->row[i];
+    f.bonds = (int32_t)(body->row[i + 1] - f.first);
+    f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
+    f.shift = body->shift;
+    f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
+    f.n = f.kind = f.to = -1;
+    return f;
+}
+/* On to the next bond. 0: there is none. */
+static inline int pdi_walk_next(pd_walk *f)
+{
+    if (++f->n == f->bonds) return 0;
+    do f->to = f->at[f->shift[++f->kind]];
+    while (f->to < 0);
+    return 1;
+}
+/* The number of the bond. */
+static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; }
+/* 1: it is broken. */
+static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+
+/* Point j less point i [m]. */
+static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
-    const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
+    const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
 /* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
@@ -3842,13 +3901,69 @@ static inline double pdi_body_strain(const double *xi, const double *eta, double
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 /* Break all bonds of point i, at both ends. How many. */
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
-/* The bond of point j that leads to point i. */
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
+/* Which bond of point j leads to point i; -1: none. */
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* 1: no bond is broken. */
+PDI_FN int pdi_body_whole(const pd_body *body);
+/* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
+ * first place, too. */
+PDI_FN double pdi_body_places(const double *n, double steps);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
  * none. Both ends get the same bits. */
 PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
+#endif
+
+#endif
+
+/* ======== >>solid/bond_weights.h ======== */
+/* bond_weights: how much each bond of a body counts.
+ *
+ * On a lattice the weights of a whole family stand once, by the kinds of its bonds. A point has a list of its own where
+ * a bond counts otherwise, as at surfaces that factors make up for; so has each point of other bodies. Weights do not
+ * know which bonds are broken: the body does.
+ */
+#ifndef PD_BOND_WEIGHTS_H
+#define PD_BOND_WEIGHTS_H
+
+typedef struct pd_bond_weights {
+    const pd_body *body;
+    float *whole;         /* [kinds] [-] of a lattice: w by kinds of bonds */
+    const int64_t *begin; /* [count] begin of the list of a point in own, -1: it has none; NULL: no point has one */
+    int64_t listed;
+    int64_t *list;        /* [listed] that of a lattice; that of others is the row of the body */
+    int64_t room;
+    float *own;           /* [room] [-] w of all bonds of the points that have lists */
+} pd_bond_weights;
+
+#ifdef PDI_INTERNAL
+/* Weight of a bond of point i, both ends with the same bits. */
+typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_walk *bond);
+
+PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *weights);
+/* The body is borrowed. pdi_bond_weights_find has to follow. */
+PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *weights);
+/* Take weights from a function, in single precision. */
+PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *weights, pdi_bond_weights_fn weigh,
+                                       const void *self);
+/* Those that the body gives to its bonds by their length. */
+PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *weights, pd_influence influence);
+PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *weights);
+
+/* Weight of a bond of point i, broken or not. */
+static inline float pdi_bond_weights_of(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+{
+    if (w->begin && w->begin[i] >= 0) return w->own[w->begin[i] + bond->n];
+    return w->whole[bond->kind];
+}
+/* The same; 0: it is broken. */
+static inline double pdi_bond_weights_intact(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+{
+    return pdi_walk_broken(bond) ? 0.0 : (double)pdi_bond_weights_of(w, i, bond);
+}
 #endif
 
 #endif
@@ -3928,9 +4043,9 @@ typedef struct pd_solid {
     void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
-    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
-     * bonds are no springs. */
-    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on the bond that a walk is at, at u:
+     * force_i = sum V_j (pull_ij - pull_ji). NULL: bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, const pd_walk *bond, double *pull);
     /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
      * one. Bonds break of themselves: how many. NULL: none does. */
     int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
@@ -3996,6 +4111,7 @@ typedef struct pdi_weigh {
     pd_influence influence;
     pdi_weigh_way way;
     double shear;         /* [-] a */
+    const double *part;   /* [count][PD_DIM] what families have, for factors; NULL: none. Work */
     pdi_weigh_sums whole; /* zero without a spacing */
 } pdi_weigh;
 
@@ -4024,9 +4140,8 @@ PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
 PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
 /* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
 PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
-/* weight [bonds]; 0: the bond is broken. Both ends of a bond get the same number, and bonds that are broken count for g
- * as others do. */
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, float *weight);
+/* Weights of all bonds. Both ends of a bond get the same number, and bonds that are broken count as others do. */
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, pd_bond_weights *weights);
 #endif
 
 #endif
@@ -4217,7 +4332,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
 /* band: the two sums over bonds that small strains need, for many points at a time.
  *
  * Points that follow each other and whose families are alike make a band: the bonds of the next one lead to the next
- * points and have the same weights. Some points may lack a few of the bonds, as at a surface and beside a crack. A
+ * points and have the same weights. Some points may lack a few of the bonds, as at a surface, or have broken ones. A
  * lattice consists of bands as long as its rows. A band has one list of bonds, and its loops are vectors. Each point
  * takes its bonds in the order of its row, and of a bond that it lacks it takes zero, so results have the same bits
  * however points are put into bands.
@@ -4236,13 +4351,14 @@ typedef struct pd_band_bond {
 
 typedef struct pd_band {
     const pd_body *body;
-    const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
     int singles;         /* 1: points that are alone have a list of bonds, too */
+    int vectors;         /* 1: all points of a band have the same vector of whole spacings for a bond */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
-    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its row in the body */
+    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its family in the body */
     int64_t room;
     pd_band_bond *bond;  /* [room] */
     int64_t stride;      /* entries of a field: count, and as many as keep fields off the same lines of a cache */
@@ -4270,11 +4386,12 @@ typedef struct pdi_band_sums {
 } pdi_band_sums;
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
-/* body and weight are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
+/* body and weights are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
  * pdi_band_find has to follow. */
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band);
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band);
 PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
-/* Weights have changed: bands anew. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);
 /* Take displacements u [count][PD_DIM] [m]. */
 PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u);
@@ -4327,7 +4444,7 @@ typedef struct pd_elastic {
     pd_elastic_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
@@ -4744,7 +4861,7 @@ typedef struct pd_springs_kind {
 
 typedef struct pd_springs {
     pd_body *body;
-    float *weight;          /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     pd_band band;
     int lattice;            /* 1: all bonds are whole spacings along all axes */
     int32_t reach;          /* [spacing] of a bond along an axis */
@@ -4769,14 +4886,14 @@ typedef struct pdi_springs_sweep {
 } pdi_springs_sweep;
 
 PDI_FN void pdi_springs_list(pdi_owner *owner, void *springs);
-/* body and weight are borrowed. pdi_springs_find has to follow. */
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *springs);
+/* body and weights are borrowed. pdi_springs_find has to follow. */
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *springs);
 PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
-/* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
-/* Bond b of point i [m]: of whole spacings on a lattice. */
-PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
-/* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
+/* The bond from point i to j [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int32_t j, double *xi);
+/* Forces. Bonds beyond the stretch break, in the body and in bands. Returns how many. */
 PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
 #endif
 
@@ -4857,7 +4974,7 @@ typedef struct pd_microelastic {
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
     double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
@@ -4993,7 +5110,7 @@ typedef struct pd_ordinary {
     double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
     int64_t lost;       /* bonds that loose points have lost */
@@ -5241,7 +5358,7 @@ typedef struct pd_finite {
     pd_body *body;
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *total;     /* [count] [m^d] sum w V_j */
@@ -25528,11 +25645,21 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, member, body->places, "1");
+    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
+}
+
+/* Bytes of the bits of all bonds. */
+static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
+
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
+    PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -25673,23 +25800,213 @@ static int pdi_body_ascend(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
+/* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
+static int32_t pdi_body_number(pd_body *body)
+{
+    int64_t longest = 0;
+    body->row[0] = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (body->row[i + 1] > longest) longest = body->row[i + 1];
+        body->row[i + 1] += body->row[i];
+    }
+    body->bonds = body->row[body->count];
+    return (int32_t)longest;
+}
+
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
-    body->bonds = body->row[body->count];
-    PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    body->kinds = pdi_body_number(body);
+    body->places = body->bonds;
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->column + body->row[i];
+        int32_t *family = body->member + body->row[i];
         size_t length = (size_t)pdi_body_family(body, c, i, family);
         qsort(family, length, sizeof *family, pdi_body_ascend);
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
     }
     return PD_OK;
+}
+
+/* ---- lattices ---- */
+
+/* Where the points of a lattice stand along its axes. */
+typedef struct pdi_body_axes {
+    int32_t n[PD_DIM];     /* places along each axis */
+    int32_t begin[PD_DIM + 1]; /* of each axis in x */
+    double lo[PD_DIM];     /* [m] */
+    int32_t steps;         /* of a bond along an axis, at most */
+    int64_t lead;          /* entries before the first place */
+    int32_t stride[PD_DIM];
+    double *x;             /* [begin[PD_DIM]] [m] the coordinate of all points there; HUGE_VAL: there is none */
+    double *span;          /* [PD_DIM][steps + 1][2] [m] least and greatest way of so many steps; least < 0: none */
+} pdi_body_axes;
+
+static void pdi_body_axes_list(pdi_owner *owner, void *object)
+{
+    pdi_body_axes *axes = (pdi_body_axes *)object;
+    PDI_ARRAY(owner, axes, x, axes->begin[PD_DIM], "m");
+    PDI_ARRAY(owner, axes, span, axes->begin[PD_DIM] > 0 ? 2 * PD_DIM * (axes->steps + 1) : 0, "m");
+}
+
+PDI_FN double pdi_body_places(const double *n, double steps)
+{
+    double stride = 1.0, lead = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        lead += steps * stride;
+        stride *= n[d] + steps;
+    }
+    return lead + stride;
+}
+
+/* The box about all points. 0: it has too many places for a table. */
+static int pdi_body_box(pd_body *body, pdi_body_axes *a)
+{
+    double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double hi = a->lo[d] = body->position[d];
+        for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
+            a->lo[d] = fmin(a->lo[d], body->position[i]);
+            hi = fmax(hi, body->position[i]);
+        }
+        n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
+        most *= 2.0 * steps + 1.0;
+    }
+    double places = pdi_body_places(n, steps);
+    if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
+    a->steps = (int32_t)steps;
+    body->places = (int64_t)places;
+    int64_t stride = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        a->n[d] = (int32_t)n[d];
+        a->begin[d + 1] = a->begin[d] + a->n[d];
+        a->stride[d] = (int32_t)stride;
+        a->lead += a->steps * stride;
+        stride *= a->n[d] + a->steps;
+    }
+    return 1;
+}
+
+/* Coordinates along the axes. 0: two points of one place along an axis differ, or one is at no place. */
+static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
+{
+    for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
+    for (int32_t i = 0; i < body->count; i++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double x = body->position[(int64_t)i * PD_DIM + d], at = (x - a->lo[d]) / body->spacing;
+            double *known = a->x + a->begin[d] + (int32_t)floor(at + 0.5);
+            if (!(fabs(at - floor(at + 0.5)) <= PDI_BODY_ROUNDING)) return 0;
+            if (!(*known < HUGE_VAL)) *known = x;
+            if (x < *known || x > *known) return 0;
+        }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t s = 0; s <= a->steps; s++) {
+            double *span = a->span + 2 * (d * (a->steps + 1) + s);
+            span[0] = HUGE_VAL;
+            span[1] = -1.0;
+            for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
+                if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
+                span[0] = fmin(span[0], a->x[k + s] - a->x[k]);
+                span[1] = fmax(span[1], a->x[k + s] - a->x[k]);
+            }
+        }
+    return 1;
+}
+
+/* Is a place so many steps away in the family? It is if it is nearest, and if it is farthest; -1: only one of both. */
+static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k, int64_t *shift)
+{
+    int wide = 2 * a->steps + 1, belongs[2];
+    double xi[2][PD_DIM], reach = pdi_body_reach(body), most = 0.0;
+    *shift = 0;
+    for (int d = 0; d < PD_DIM; d++, k /= wide) {
+        int32_t step = (int32_t)(k % wide) - a->steps, size = step < 0 ? -step : step;
+        const double *span = a->span + 2 * (d * (a->steps + 1) + size);
+        if (span[1] < 0.0) return 0;
+        *shift += (int64_t)step * a->stride[d];
+        xi[0][d] = span[0];
+        xi[1][d] = span[1];
+        most += span[1];
+    }
+    if (!(most > 0.0)) return 0;
+    for (int e = 0; e < 2; e++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) square += xi[e][d] * xi[e][d];
+        belongs[e] = pdi_body_belongs(body, xi[e], square, reach);
+    }
+    return belongs[0] == belongs[1] ? belongs[0] : -1;
+}
+
+/* The family of a whole place, in the order of families, into `to` where that is not NULL; how many. -1: rounding
+ * decides who belongs to it. */
+static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int32_t *to)
+{
+    int64_t all = 1, shift;
+    int32_t found = 0;
+    for (int d = 0; d < PD_DIM; d++) all *= 2 * a->steps + 1;
+    for (int64_t k = 0; k < all; k++) {
+        int belongs = pdi_body_step(body, a, k, &shift);
+        if (belongs < 0) return -1;
+        if (belongs && to) to[found] = (int32_t)shift;
+        found += belongs;
+    }
+    return found;
+}
+
+/* The table. 0: two points are at one place, or families with a weight for each bond are shorter. */
+static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
+    (void)nt;
+    pdi_body_stencil(body, a, body->shift);
+    for (int64_t k = 0; k < body->places; k++) body->member[k] = -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t place = a->lead;
+        for (int d = 0; d < PD_DIM; d++) {
+            double at = (body->position[(int64_t)i * PD_DIM + d] - a->lo[d]) / body->spacing;
+            place += (int64_t)floor(at + 0.5) * a->stride[d];
+        }
+        if (body->member[place] >= 0) return 0;
+        body->member[place] = i;
+        body->place[i] = (int32_t)place;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        const int32_t *at = body->member + body->place[i];
+        int32_t found = 0;
+        for (int32_t k = 0; k < body->kinds; k++) found += at[body->shift[k]] >= 0;
+        body->row[i + 1] = found;
+    }
+    pdi_body_number(body);
+    return body->places + body->count <= 2 * body->bonds;
+}
+
+/* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the
+ * same as the one that cells find: points of one place along an axis have the same coordinate, and who belongs to it
+ * does not hang on the rounding of places. */
+static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
+{
+    pdi_body_axes axes;
+    memset(&axes, 0, sizeof axes);
+    if (!(body->spacing > 0.0) || !pdi_body_box(body, &axes)) return PD_OK;
+    pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
+    int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
+    if (kinds > 0) {
+        body->kinds = kinds;
+        body->lattice = 1;
+        status = pdi_owner_build(ctx, pdi_body_table_list, body);
+        if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
+            pdi_owner_free(ctx, pdi_body_table_list, body);
+            body->lattice = 0;
+        }
+    }
+    pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    return status;
 }
 
 /* Parts of the cells of a lattice. */
@@ -25733,27 +26050,59 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
 
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
 {
-    int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    pd_walk f = pdi_walk_from(body, i);
+    int64_t bonds = f.bonds;
+    for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
+        for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+PDI_FN int pdi_body_whole(const pd_body *body)
 {
-    int64_t b = body->row[j];
-    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
-    return b;
+    int64_t bytes = pdi_body_bytes(body), byte = 0;
+    while (byte < bytes && !body->broken[byte]) byte++;
+    return byte == bytes;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
+        if (f.to == i) return f.n;
+    return -1;
+}
+
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
+{
+    uint8_t *bits = body->broken + (pdi_walk_from(body, i).broken - body->broken);
+    bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
+}
+
+int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
+{
+    pd_walk f = pdi_walk_from(body, i);
+    while (pdi_walk_next(&f)) {
+        if (to) to[f.n] = f.to;
+        if (broken) broken[f.n] = (uint8_t)pdi_walk_broken(&f);
+    }
+    return f.bonds;
+}
+
+int pd_body_break(pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (f.to != j) continue;
+        if (pdi_walk_broken(&f)) return 0;
+        pdi_body_mark(body, i, f.n);
+        pdi_body_mark(body, j, pdi_body_back(body, i, j));
+        return 1;
+    }
+    return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        body->broken[b] = 1;
-        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-        bonds++;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
     return bonds;
 }
 
@@ -25763,11 +26112,10 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || body->broken[b]) continue;
-            seen[j] = 1;
-            piece[count++] = j;
+        for (pd_walk f = pdi_walk_from(body, piece[n]); pdi_walk_next(&f);) {
+            if (seen[f.to] || pdi_walk_broken(&f)) continue;
+            seen[f.to] = 1;
+            piece[count++] = f.to;
         }
     return count;
 }
@@ -25806,9 +26154,13 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
-    pdi_body_divide(body, cells);
-    PDI_TRY(pdi_body_collect(ctx, body, cells));
-    return pdi_body_families(ctx, body, cells);
+    PDI_TRY(pdi_body_lattice(ctx, body));
+    if (!body->lattice) {
+        pdi_body_divide(body, cells);
+        PDI_TRY(pdi_body_collect(ctx, body, cells));
+        PDI_TRY(pdi_body_families(ctx, body, cells));
+    }
+    return pdi_owner_build(ctx, pdi_body_list, body);
 }
 
 pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
@@ -25825,12 +26177,153 @@ pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
 void pd_body_free(pd_ctx *ctx, pd_body *body)
 {
     pdi_owner_free(ctx, pdi_body_list, body);
+    pdi_owner_free(ctx, pdi_body_table_list, body);
     pdi_owner_free(ctx, pdi_body_row_list, body);
     memset(body, 0, sizeof *body);
 }
 
 #undef PDI_BODY_ROUNDING
 #undef PDI_BODY_KEPT
+
+/* ======== >>solid/bond_weights.c ======== */
+/* bond_weights: see bond_weights.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *object)
+{
+    pd_bond_weights *weights = (pd_bond_weights *)object;
+    int lattice = weights->body && weights->body->lattice;
+    PDI_ARRAY(owner, weights, whole, lattice ? weights->body->kinds : 0, "1");
+    PDI_ROOM(owner, weights, list, weights->listed, "1");
+    PDI_ROOM(owner, weights, own, weights->room, "1");
+}
+
+PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *w)
+{
+    memset(w, 0, sizeof *w);
+    w->body = body;
+    pd_status status = pdi_owner_build(ctx, pdi_bond_weights_list, w);
+    if (status < 0) memset(w, 0, sizeof *w);
+    return status;
+}
+
+PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
+{
+    pdi_owner_free(ctx, pdi_bond_weights_list, w);
+    memset(w, 0, sizeof *w);
+}
+
+/* Kinds that have no weight yet take those of the bonds of point i. Returns how many do. */
+static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    int32_t found = 0;
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        if (w->whole[f.kind] < (float)HUGE_VAL) continue;
+        w->whole[f.kind] = (float)weigh(self, i, &f);
+        found++;
+    }
+    return found;
+}
+
+/* Weights of kinds, of the longest family before others: those of a whole one, where there is one. */
+static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int32_t longest = 0, known;
+    for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
+    for (int32_t i = 1; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > body->row[longest + 1] - body->row[longest]) longest = i;
+    known = pdi_bond_weights_learn(w, weigh, self, longest);
+    for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
+}
+
+/* 1: a bond of point i has another weight than its kind. */
+static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
+        if (weight < whole || weight > whole) return 1;
+    }
+    return 0;
+}
+
+/* Which points of a lattice have lists, and where. Returns the length of all lists. */
+static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
+                                     const void *self)
+{
+    const pd_body *body = w->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int64_t all = 0;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_differ(w, weigh, self, i) ? 0 : -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->list[i] < 0) continue;
+        w->list[i] = all;
+        all += body->row[i + 1] - body->row[i];
+    }
+    return all;
+}
+
+/* Room for lists of so many points, and so many weights in them. */
+static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
+{
+    if (!listed) PDI_DELETE(ctx, w->listed, w->list);
+    else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
+    w->listed = listed;
+    if (!room) PDI_DELETE(ctx, w->room, w->own);
+    else if (w->room != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->room, room, w->own));
+    w->room = room;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int64_t room = body->bonds;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    w->begin = NULL;
+    if (body->lattice) {
+        PDI_TRY(pdi_bond_weights_size(ctx, w, body->count, w->room));
+        pdi_bond_weights_share(w, weigh, self);
+        room = pdi_bond_weights_mark(ctx, w, weigh, self);
+    }
+    PDI_TRY(pdi_bond_weights_size(ctx, w, body->lattice && room ? body->count : 0, room));
+    if (!room) return PD_OK;
+    w->begin = body->lattice ? w->list : body->row;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->begin[i] < 0) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
+    }
+    return PD_OK;
+}
+
+/* ---- by length ---- */
+
+typedef struct pdi_bond_weights_length {
+    const pd_body *body;
+    pd_influence influence;
+} pdi_bond_weights_length;
+
+static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(by->body, i, bond->to, xi);
+    return pdi_body_weight(by->body, by->influence, xi);
+}
+
+PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *w, pd_influence influence)
+{
+    pdi_bond_weights_length by;
+    by.body = w->body;
+    by.influence = influence;
+    return pdi_bond_weights_find(ctx, w, pdi_bond_weights_by_length, &by);
+}
 
 /* ======== >>solid/cut.c ======== */
 /* cut: see cut.h */
@@ -26034,13 +26527,13 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
         if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
     double own = pdi_cut_height(p, x);
     if (fabs(own) > pdi_cut_reach(body)) return 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        const double *y = body->position + (int64_t)body->column[b] * PD_DIM;
-        if (body->broken[b]) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        const double *y = body->position + (int64_t)f.to * PD_DIM;
+        if (pdi_walk_broken(&f)) continue;
         double other = pdi_cut_height(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
-        body->broken[b] = 1;
+        pdi_body_mark(body, i, f.n);
         found++;
     }
     return found;
@@ -26086,10 +26579,10 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[body->column[b]];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[f.to];
             all += volume;
-            lost += body->broken[b] ? volume : 0.0;
+            lost += pdi_walk_broken(&f) ? volume : 0.0;
         }
         damage[i] = all > 0.0 ? lost / all : 0.0;
     }
@@ -26199,9 +26692,9 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -26229,25 +26722,23 @@ static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double
     return pdi_weigh_factor(own, other, xi, o->whole.axis);
 }
 
-/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
-static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+/* Weight of a bond of point i. Both ends of a bond get the same number. */
+static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
-    const pd_body *body = o->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, b, xi);
-        double weight = pdi_body_weight(body, o->influence, xi);
-        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
-        to[b] = body->broken[b] ? 0.0f : (float)weight;
-    }
+    const pdi_weigh *o = (const pdi_weigh *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(o->body, i, bond->to, xi);
+    double weight = pdi_body_weight(o->body, o->influence, xi);
+    weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    if (!o->part) return weight;
+    return weight * pdi_weigh_mend(o, o->part + (int64_t)i * PD_DIM, o->part + (int64_t)bond->to * PD_DIM, xi);
 }
 
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weights *weights)
 {
     const pd_body *body = o->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
+    pdi_weigh with = *o;
     double *part = NULL;
     (void)nt;
     if (o->way != PDI_WEIGH_PLAIN) {
@@ -26255,10 +26746,10 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
         PDI_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    with.part = part;
+    pd_status status = pdi_bond_weights_find(ctx, weights, pdi_weigh_bond, &with);
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
-    return PD_OK;
+    return status;
 }
 
 #undef PDI_WEIGH_WAYS
@@ -26528,10 +27019,10 @@ static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_scaffold_box(s, i, own);
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (body->column[b] <= i || body->broken[b]) continue;
-            pdi_scaffold_box(s, body->column[b], far);
-            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, body->column[b]);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (f.to <= i || pdi_walk_broken(&f)) continue;
+            pdi_scaffold_box(s, f.to, far);
+            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, f.to);
         }
     }
     for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
@@ -26567,9 +27058,9 @@ static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
     const pd_body *body = s->body;
     for (int32_t p = 0; p < s->level[0].parts; p++)
         for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
-            for (int64_t b = body->row[s->point[n]]; b < body->row[s->point[n] + 1]; b++) {
-                int32_t q = s->part[body->column[b]];
-                if (q <= p || body->broken[b] || seen[q] == p + 1) continue;
+            for (pd_walk f = pdi_walk_from(body, s->point[n]); pdi_walk_next(&f);) {
+                int32_t q = s->part[f.to];
+                if (q <= p || pdi_walk_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
                 pdi_scaffold_join(&s->level[0], p, q, set);
             }
@@ -27162,6 +27653,9 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *p, int64_t i)
 /* Bits of a bond that all points of the longest band have. */
 #define PDI_BAND_ALL UINT32_MAX
 
+/* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
+#define PDI_BAND_STEPS 1024
+
 PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
@@ -27186,11 +27680,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
-    band->weight = weight;
+    band->weights = weights;
     band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
@@ -27212,51 +27707,81 @@ PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
     memset(band, 0, sizeof *band);
 }
 
-/* A list of bonds on its way into a band. */
+/* A list of bonds on its way into a band: lanes are the steps of their vectors until points are known. */
 typedef struct pdi_band_bonds {
     int32_t count;
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* The bonds of point i that are not broken. */
-static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
 {
-    const pd_body *body = band->body;
+    double xi[PD_DIM];
+    uint32_t steps = 0;
+    if (!band->vectors) return 0;
+    pdi_body_bond(band->body, i, j, xi);
+    for (int d = 0; d < PD_DIM; d++)
+        steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
+    return steps;
+}
+
+/* The bonds of point i; intact 1: those that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
+{
     bonds->count = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!(band->weight[b] > 0.0f)) continue;
-        bonds->bond[bonds->count].offset = body->column[b] - i;
-        bonds->bond[bonds->count].weight = band->weight[b];
-        bonds->bond[bonds->count++].lanes = 0;
+    for (pd_walk f = pdi_walk_from(band->body, i); pdi_walk_next(&f);) {
+        float weight = pdi_bond_weights_of(band->weights, i, &f);
+        if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
+        bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].weight = weight;
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
     }
 }
 
-/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
-static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+/* 1: all bonds of a are in b, in the same order, with the same weights and vectors. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
 {
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
-        if (a->bond[n].offset != b->bond[k].offset) continue;
-        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
-        b->bond[k].lanes |= lanes;
+        const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
+        if (own->offset != other->offset) continue;
+        if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
     return n == a->count;
 }
 
-/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+/* The band that begins at point i: its bonds go into `all`, broken ones too. Returns the first point behind it. */
 static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t end = i + 1;
-    pdi_band_row(band, i, all);
+    pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
-        pdi_band_row(band, end, one);
-        if (pdi_band_within(one, all, 0)) continue;
-        if (!pdi_band_within(all, one, 0)) break;
+        pdi_band_row(band, end, 0, one);
+        if (pdi_band_within(one, all)) continue;
+        if (!pdi_band_within(all, one)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
     return end;
+}
+
+/* Bonds that points have and that are not broken, of `all` of the points from i to end. */
+static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t kept = 0;
+    for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
+    for (int32_t n = i; n < end; n++) {
+        pdi_band_row(band, n, 1, one);
+        for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
+            if (one->bond[own].offset != all->bond[k].offset) continue;
+            all->bond[k].lanes |= (uint32_t)1 << (n - i);
+            own++;
+        }
+    }
+    for (int32_t k = 0; k < all->count; k++)
+        if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
+    all->count = kept;
 }
 
 /* Room for so many bonds. */
@@ -27281,12 +27806,10 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        int kept = end - i > 1 || band->singles;
-        for (int32_t n = 0; n < end - i && kept; n++) {
-            pdi_band_row(band, i + n, one);
-            pdi_band_within(one, &all, (uint32_t)1 << n);
+        if (end - i > 1 || band->singles) {
+            pdi_band_keep(band, i, end, &all, one);
+            bonds += all.count;
         }
-        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -27298,9 +27821,7 @@ PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
 {
     const pd_body *body = band->body;
     pdi_band_bonds one = {0, NULL};
-    int64_t longest = 1;
-    for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    int64_t longest = body->kinds > 0 ? body->kinds : 1;
     band->bands = 0;
     pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
@@ -27352,14 +27873,13 @@ static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / 
 
 PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -27417,14 +27937,12 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0)
-            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -27453,6 +27971,7 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 
 #undef PDI_BAND_LINE
 #undef PDI_BAND_ALL
+#undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART
 
@@ -27474,14 +27993,15 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
     return sum;
 }
 
-/* Bond b of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
-static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, double *xi, double *over, double *weight)
+/* A bond of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
+                                   double *weight)
 {
-    *weight = (double)e->weight[b];
+    *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
-    pdi_body_bond(e->body, i, b, xi);
+    pdi_body_bond(e->body, i, f->to, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
-    *weight *= e->body->volume[e->body->column[b]];
+    *weight *= e->body->volume[f->to];
     return 1;
 }
 
@@ -27541,22 +28061,11 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 {
     pd_elastic *elastic = (pd_elastic *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
-    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
     PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-}
-
-/* Weights of the bonds of point i. Both ends of a bond get the same number. */
-static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
-{
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        pdi_body_bond(e->body, i, b, xi);
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
-    }
 }
 
 /* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
@@ -27591,9 +28100,9 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
         total += weight;
         pdi_elastic_fourth(xi, over, weight, fourth);
         for (int p = 0; p < PD_DIM; p++)
@@ -27645,7 +28154,7 @@ static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
-/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+/* Tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
 static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
@@ -27653,10 +28162,8 @@ static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
     int nt = pdi_par_threads(ctx, body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_weights(e, i);
+    for (int32_t i = 0; i < body->count; i++)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
-    }
     for (int32_t i = body->count - 1; i >= 0; i--)
         if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
     return flat;
@@ -27704,7 +28211,9 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &e->weights, desc->influence));
+    PDI_TRY(pdi_band_build(ctx, body, &e->weights, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -27718,6 +28227,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
     pdi_band_free(ctx, &e->band);
+    pdi_bond_weights_free(ctx, &e->weights);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -27725,10 +28235,10 @@ void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 
 /* ---- forces ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_elastic_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)e->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -27832,17 +28342,17 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
 static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
         double over, weight, density = 0.0;
-        if (each) each[b] = 0.0;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
+        if (each) each[pdi_walk_bond(&f)] = 0.0;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+        pdi_elastic_eta(u, i, f.to, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[b] = (double)e->weight[b] * density;
+        if (each) each[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }
@@ -27934,12 +28444,11 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_ELASTIC_TENSOR, xi[PD_DIM];
         for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
-                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, j) / e->total[j]);
+                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, f.to) / e->total[f.to]);
             for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
@@ -27959,8 +28468,9 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_elastic_stiff(e, i);
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
-            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        for (pd_walk f = pdi_walk_from(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_walk_next(&f);)
+            sum += pdi_bond_weights_intact(&e->weights, i, &f) * body->volume[f.to] *
+                   (pdi_elastic_stiff(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;
@@ -28083,13 +28593,12 @@ static double pdi_elastic_solid_limit(const void *self, double density)
     double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
-        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            int32_t j = e->body->column[b];
-            double other = pdi_elastic_trace(e->shape + (int64_t)j * PDI_ELASTIC_TENSOR);
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+            double other = pdi_elastic_trace(e->shape + (int64_t)f.to * PDI_ELASTIC_TENSOR);
             sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
-                             pdi_elastic_stiff(e, j) * (over / e->total[j] + other));
+                             pdi_elastic_stiff(e, f.to) * (over / e->total[f.to] + other));
         }
         most = fmax(most, sum * modulus);
     }
@@ -28210,43 +28719,44 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
-/* Bond b of point i [m], and by how much its ends move apart [m]. */
-static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+/* The bond from point i to j [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int32_t j, double *xi, double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
-    pdi_body_bond(c->solid.body, i, b, xi);
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
+    pdi_body_bond(c->solid.body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
-/* Measure of bond b of point i; 0: it does not break. */
-static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* Measure of a bond of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
     const pd_body *body = c->solid.body;
-    int32_t j = body->column[b];
+    int32_t j = f->to;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (pdi_walk_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
     if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
-    pdi_criterion_bond(c, u, i, b, xi, eta);
+    pdi_criterion_bond(c, u, i, j, xi, eta);
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
-    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_body_back(body, i, j)];
+    return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
-/* One over the factor on u at which bond b of point i breaks; 0: at none. */
-static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* One over the factor on u at which a bond of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
-    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, f);
     if (!(measure > 0.0)) return 0.0;
     if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
     if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
-    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    pdi_criterion_bond(c, u, i, f->to, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
     return along > 0.0 ? (along + root) / gap : square / (root - along);
 }
 
-typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f);
 
 /* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
  * its ends see the same. Returns the most of all. */
@@ -28265,8 +28775,8 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
     return most;
@@ -28286,10 +28796,10 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     const pd_body *body = c->solid.body;
     double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        pdi_criterion_bond(c, u, i, b, xi, eta);
-        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (pdi_walk_broken(&f)) continue;
+        pdi_criterion_bond(c, u, i, f.to, xi, eta);
+        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
             moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
@@ -28312,9 +28822,9 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     int64_t intact = pdi_body_intact(body, i);
     if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
     if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (!pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
@@ -28339,12 +28849,9 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     if (!(most > c->critical)) return 0;
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && c->most[i] >= from; b++) {
-            if (body->broken[b] || (c->desc.spared && c->desc.spared[body->column[b]])) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-            broken++;
-        }
+        if (!(c->most[i] >= from)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -28360,13 +28867,8 @@ int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, 
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, j)] = 1;
-            broken++;
-        }
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -28379,10 +28881,11 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
-    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
-        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
-    first->to = body->column[first->bond];
-    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    pd_walk f = pdi_walk_from(body, first->from);
+    while (pdi_walk_next(&f) && !(f.to > first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
+    first->bond = pdi_walk_bond(&f);
+    first->to = f.to;
+    first->measure = pdi_criterion_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
     for (int d = 0; d < PD_DIM; d++)
         first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
@@ -29116,12 +29619,12 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
 static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
-            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
             way += eta * eta;
         }
@@ -29582,8 +30085,8 @@ static int pdi_crack_near(const pdi_crack *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double other = c->q[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double other = c->q[f.to];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
     return 0;
@@ -29595,11 +30098,11 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int64_t j = f.to;
         double xi[PD_DIM];
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
@@ -29665,13 +30168,12 @@ static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
     double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
-        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
-        c->solid->pull(c->solid->self, u, i, b, pull);
-        pdi_crack_along(c, j, along);
-        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
+        if (pdi_walk_broken(&f) || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, &f, pull);
+        pdi_crack_along(c, f.to, along);
+        sum -= body->volume[f.to] * step * pdi_vec_dot(pull, along);
     }
     return sum;
 }
@@ -29792,11 +30294,10 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (int64_t b = body->row[next[k]]; b < body->row[next[k] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || !(left[j] > 0.0) || !pdi_crack_lost(body, j, PDI_CRACK_SHARE)) continue;
-            seen[j] = 1;
-            next[known++] = j;
+        for (pd_walk f = pdi_walk_from(body, next[k]); pdi_walk_next(&f);) {
+            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_lost(body, f.to, PDI_CRACK_SHARE)) continue;
+            seen[f.to] = 1;
+            next[known++] = f.to;
         }
     if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
     PDI_DELETE(ctx, body->count, next);
@@ -29844,9 +30345,9 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
             if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
@@ -29932,18 +30433,19 @@ static void pdi_springs_sort(pd_springs *s)
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
 }
 
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
-    s->weight = weight;
+    s->weights = weights;
     s->reach = pdi_springs_reach(ctx, body);
     s->lattice = s->reach <= PDI_SPRINGS_REACH;
     s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
     for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
-    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
+    s->band.vectors = s->lattice;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
     if (status < 0) pdi_springs_free(ctx, s);
@@ -29960,9 +30462,9 @@ PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
-PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int32_t j, double *xi)
 {
-    pdi_body_bond(s->body, i, b, xi);
+    pdi_body_bond(s->body, i, j, xi);
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
@@ -29996,26 +30498,6 @@ static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int
     }
 }
 
-/* Point n of band k has the bond to the point at this offset no more. */
-static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
-{
-    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
-        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
-}
-
-/* Bonds that the body calls broken are none. */
-static void pdi_springs_clear(pd_springs *s)
-{
-    const pd_body *body = s->body;
-    for (int32_t k = 0; k < s->band.bands; k++)
-        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-                if (!body->broken[b]) continue;
-                s->weight[b] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
-            }
-}
-
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 {
     pd_band_bond *old = NULL;
@@ -30033,7 +30515,6 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
     for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
     PDI_DELETE(ctx, longest, old);
     PDI_DELETE(ctx, longest, kind);
-    if (status == PD_OK) pdi_springs_clear(s);
     return status;
 }
 
@@ -30126,12 +30607,10 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
     return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
 }
 
-/* Break the bond from point i to j. */
+/* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int64_t b = pdi_body_back(s->body, j, i);
-    s->body->broken[b] = 1;
-    s->weight[b] = 0.0f;
+    pdi_body_mark(s->body, i, pdi_body_back(s->body, j, i));
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */
@@ -30342,12 +30821,12 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
     const double *own = share + (int64_t)i * all;
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], f[all], slope;
-        int32_t j = body->column[b];
-        pdi_springs_bond(o->springs, i, b, xi);
-        double part = (double)o->springs->weight[b] * body->volume[j] * pdi_mend_moments(o, xi, f) / o->axis;
-        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        double xi[PD_DIM], f[all], slope, weight;
+        pdi_springs_bond(o->springs, i, b.to, xi);
+        weight = (double)pdi_bond_weights_of(o->springs->weights, i, &b) * body->volume[b.to];
+        double part = weight * pdi_mend_moments(o, xi, f) / o->axis;
+        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)b.to * all, f, -1.0);
         double factor = part * pdi_mend_exp(z, &slope);
         slope *= part;
         for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);
@@ -30544,7 +31023,6 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
         PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
-    PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
@@ -30569,45 +31047,72 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
 
 /* ---- weights ---- */
 
-/* Weights of the bonds of point i, of a whole family; part [PD_DIM]: what it has along each axis, or of volume. */
-static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double *part)
+/* What weights are made of. */
+typedef struct pdi_microelastic_making {
+    const pd_microelastic *m;
+    pdi_microelastic_sums whole;
+    pdi_mend mend;
+    const double *part; /* [count][PD_DIM] what families have along each axis, or of volume; NULL: no such factors */
+} pdi_microelastic_making;
+
+/* Weight of the bond xi of a whole family. */
+static double pdi_microelastic_plain(const pd_microelastic *m, const double *xi)
+{
+    double weight = 1.0 + m->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    return weight * pdi_body_weight(m->body, m->desc.influence, xi);
+}
+
+static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double xi[PD_DIM];
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    return pdi_microelastic_plain(m, xi);
+}
+
+/* The same with its factor, by the parts or the shares of both ends. */
+static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_microelastic_making *o = (const pdi_microelastic_making *)self;
+    const pd_microelastic *m = o->m;
+    int64_t j = bond->to, k = i;
+    double xi[PD_DIM], factor = 1.0;
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    if (m->share)
+        factor = pdi_mend_factor(&o->mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
+    else if (o->part && m->desc.surface == PD_MICROELASTIC_VOLUME)
+        factor = 2.0 * o->whole.volume / (o->part[k * PD_DIM] + o->part[j * PD_DIM]);
+    else if (o->part) factor = pdi_weigh_factor(o->part + k * PD_DIM, o->part + j * PD_DIM, xi, o->whole.axis);
+    return (double)(float)pdi_microelastic_plain(m, xi) * factor;
+}
+
+/* What the family of point i has along each axis, or of volume, as a whole one counts. */
+static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
     pdi_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_springs_bond(&m->springs, i, b, xi);
-        double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
-        weight *= pdi_body_weight(body, m->desc.influence, xi);
-        m->weight[b] = (float)weight;
-        if (!part) continue;
-        double share = weight * volume / (square * sqrt(square));
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
+        double square = pdi_vec_dot(xi, xi);
+        double share = pdi_microelastic_plain(m, xi) * volume / (square * sqrt(square));
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int a = 0; a < PD_DIM; a++)
             pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
                                                                            : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
-    for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
+    for (int a = 0; a < PD_DIM; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
-static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
-                                    const double *part, int32_t i)
+/* A bound of sum w/r n n V of a family: its largest row sum. */
+static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
 {
-    const pd_body *body = m->body;
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b], k = i;
-        double xi[PD_DIM], factor = 1.0;
-        pdi_springs_bond(&m->springs, i, b, xi);
-        if (m->share)
-            factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
-        else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
-            factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
-        else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
-        m->weight[b] = (float)((double)m->weight[b] * factor);
-        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], weight = (double)pdi_bond_weights_of(&m->weights, i, &f);
+        pdi_springs_bond(&m->springs, i, f.to, xi);
+        double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -30619,34 +31124,33 @@ static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *me
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (theory: 8.2). first: shares are not known. */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, int first)
+ * make up for it (theory: 8.2). work [count][PD_DIM]. */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
     int nt = pdi_par_threads(ctx, body->bonds * 50);
-    int64_t count = body->count, room = count * (PD_DIM + 1); /* parts, and a bound of each family */
-    pdi_microelastic_sums whole;
-    pdi_mend mend;
-    double *part = NULL;
+    pdi_microelastic_making make;
     (void)nt;
-    PDI_TRY(PDI_NEW(ctx, "microelastic", room, part));
-    pdi_microelastic_sum(m, 0, NULL, &whole);
-    mend.springs = &m->springs;
-    mend.axis = whole.axis;
-    mend.length = sqrt(whole.stretch / whole.over);
-    int sums = !m->share && m->desc.surface != PD_MICROELASTIC_NONE;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++)
-        pdi_microelastic_family(m, i, sums ? part + (int64_t)i * PD_DIM : NULL);
-    pd_status status = m->share && first ? pdi_mend_find(ctx, &mend, m->share) : PD_OK;
-    if (status == PD_OK) {
+    memset(&make, 0, sizeof make);
+    make.m = m;
+    pdi_microelastic_sum(m, 0, NULL, &make.whole);
+    make.mend.springs = &m->springs;
+    make.mend.axis = make.whole.axis;
+    make.mend.length = sqrt(make.whole.stretch / make.whole.over);
+    if (m->share) {
+        PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_whole, m));
+        PDI_TRY(pdi_mend_find(ctx, &make.mend, m->share));
+    } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
+        make.part = work;
         PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < body->count; i++)
-            part[count * PD_DIM + i] = pdi_microelastic_mend(m, &mend, &whole, sums ? part : NULL, i);
-        m->stiffest = PD_DIM > 1 ? (double)(float)pdi_par_max_abs(ctx, count, part + count * PD_DIM) : 0.0;
+        for (int32_t i = 0; i < body->count; i++) pdi_microelastic_part(m, i, work + (int64_t)i * PD_DIM);
     }
-    PDI_DELETE(ctx, room, part);
-    return status == PD_OK ? pdi_springs_find(ctx, &m->springs) : status;
+    PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_mended, &make));
+    if (PD_DIM == 1) return PD_OK;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_bound(m, i);
+    m->stiffest = (double)(float)pdi_par_max_abs(ctx, body->count, work);
+    return PD_OK;
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -30664,9 +31168,12 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
-    PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
+    PDI_TRY(pdi_springs_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    return pdi_microelastic_weigh(ctx, m, 1);
+    PDI_TRY(pdi_microelastic_weigh(ctx, m, m->at));
+    pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->at);
+    return pdi_springs_find(ctx, &m->springs);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -30679,17 +31186,18 @@ pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelasti
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
     pdi_springs_free(ctx, &m->springs);
+    pdi_bond_weights_free(ctx, &m->weights);
     pdi_owner_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of bond b of point i, Y, r and |Y| [m]. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+/* Stretch of the bond from point i to j, Y, r and |Y| [m]. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
                                               double *r, double *length)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
     double xi[PD_DIM], eta[PD_DIM];
-    pdi_body_bond(body, i, b, xi);
+    pdi_body_bond(body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     return pdi_body_strain(xi, eta, y, r, length);
 }
@@ -30720,10 +31228,10 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&m->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -30749,14 +31257,14 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+/* Stiffness of a bond of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
  * broken. */
-static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
                                   double *along, double *across)
 {
-    double r, length, weight = m->modulus * (double)m->weight[b];
+    double r, length, weight = m->modulus * pdi_bond_weights_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *along = weight / r;
     *across = weight * s / length;
@@ -30772,10 +31280,10 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
-            double volume = body->volume[body->column[b]], longer = 0.0;
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
+            double volume = body->volume[f.to], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -30795,9 +31303,9 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[i] * body->volume[body->column[b]];
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[i] * body->volume[f.to];
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
@@ -30822,11 +31330,11 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
 }
 
 /* Half of what the bond puts on point i. */
-static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = (double)m->weight[b];
-    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    double r, length, weight = pdi_bond_weights_intact(&m->weights, i, f);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
@@ -30839,7 +31347,7 @@ static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const 
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self, 0);
+    return pdi_springs_find(ctx, &((pd_microelastic *)self)->springs);
 }
 
 static double pdi_microelastic_solid_limit(const void *self, double density)
@@ -30852,7 +31360,7 @@ static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archiv
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m, 0) : PD_OK;
+    return archive->reading ? pdi_springs_find(ctx, &m->springs) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)
@@ -31083,8 +31591,9 @@ pd_process pd_verlet_process(pd_verlet *d)
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
 
-/* Bond b of a point as it is now. */
+/* A bond of a point as it is now. */
 typedef struct pdi_ordinary_bond {
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
     double r, length;  /* [m] as it began, and now; r where displacements are small */
     double extension;  /* [m] length - r, with the digits of the displacements */
@@ -31094,15 +31603,15 @@ typedef struct pdi_ordinary_bond {
 } pdi_ordinary_bond;
 
 /* How the bond xi + eta is: 0: it is broken. */
-static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, const pd_walk *f,
                                     pdi_ordinary_bond *bond)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->weight = (double)o->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    bond->weight *= o->body->volume[o->body->column[b]];
-    pdi_body_bond(o->body, i, b, bond->xi);
+    bond->share = pdi_bond_weights_intact(&o->weights, i, f);
+    if (!(bond->share > 0.0)) return 0;
+    bond->weight = bond->share * o->body->volume[f->to];
+    pdi_body_bond(o->body, i, f->to, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -31123,22 +31632,23 @@ static int pdi_ordinary_by_strain(const pd_ordinary *o)
 }
 
 /* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
-static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 {
     int strain = pdi_ordinary_by_strain(o);
-    memset(weigh, 0, sizeof *weigh);
-    weigh->body = o->body;
-    weigh->influence = o->desc.influence;
-    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
-    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
-    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
-    const pdi_weigh_sums *whole = &weigh->whole;
-    o->shear = weigh->shear;
+    pdi_weigh weigh;
+    memset(&weigh, 0, sizeof weigh);
+    weigh.body = o->body;
+    weigh.influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh.way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh.way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, &weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh.whole;
+    o->shear = weigh.shear;
     o->bulk = whole->size;
     o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
         o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
-    return PD_OK;
+    return pdi_weigh_bonds(ctx, &weigh, &o->weights);
 }
 
 /* ---- families ---- */
@@ -31169,10 +31679,10 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -31234,10 +31744,10 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        pdi_body_bond(body, i, b, xi);
-        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
+        double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_largest(PD_DIM, sum);
@@ -31252,11 +31762,11 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
 {
     pdi_ordinary_bond bond;
     double sum[PDI_SYM] = {0.0}, square = 0.0;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
@@ -31295,9 +31805,9 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0};
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
             for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
         }
         for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
@@ -31326,9 +31836,9 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            int32_t j = f.to;
+            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
@@ -31348,11 +31858,11 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
     pdi_ordinary_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int32_t j = f.to;
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, &f, &bond)) continue;
         pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
-        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
             turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
@@ -31418,11 +31928,12 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
         double q[PDI_SYM];
         pdi_ordinary_bond bond;
         pdi_ordinary_state(o, linear, u, NULL, i, q);
-        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-            energy[b] = 0.0;
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+            double *each = energy + pdi_walk_bond(&f);
+            *each = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
             double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
-            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+            *each = 0.5 * bond.share * t * bond.extension;
         }
     }
 }
@@ -31433,8 +31944,8 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_bond bond;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+    for (pd_walk w = pdi_walk_from(o->body, i); pdi_walk_next(&w);) {
+        if (!pdi_ordinary_look(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
             y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -31460,8 +31971,8 @@ static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
     pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, &f, &bond)) continue;
         double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }
@@ -31529,34 +32040,32 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
-/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
-static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+/* Laws of all families. Returns the first point that has none; -1: all have one. */
+static int32_t pdi_ordinary_families(const pd_ctx *ctx, const pd_ordinary *o)
 {
     const pd_body *body = o->body;
+    int32_t bad = -1;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    *bad = -1;
-    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_family(o, i);
         if (good < 1) o->bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
-    return PD_OK;
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) bad = i;
+    return bad;
 }
 
 /* Points lose the bonds that tell no strain, or are the error. */
-static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
 {
     pd_body *body = o->body;
-    int32_t bad;
-    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    int32_t bad = pdi_ordinary_families(ctx, o);
     while (bad >= 0 && o->desc.loose) {
         for (int32_t i = bad; i < body->count; i++)
             if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
-        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+        bad = pdi_ordinary_families(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
@@ -31593,9 +32102,7 @@ static double pdi_ordinary_normal(const void *self, int32_t i, const double *str
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
-    pdi_weigh weigh;
-    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
-    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -31619,7 +32126,6 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
 {
     pd_ordinary *ordinary = (pd_ordinary *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
-    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
@@ -31649,6 +32155,8 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -31684,6 +32192,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);
 }
@@ -32319,19 +32828,20 @@ PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f,
 typedef struct pdi_finite_bond {
     double xi[PD_DIM]; /* [m] */
     double over;       /* [1/m2] 1/r^2 */
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
 } pdi_finite_bond;
 
 static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
 
-/* Bond b of point i. 0: it is broken. */
-static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+/* A bond of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
 {
-    bond->weight = (double)f->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->share = pdi_bond_weights_intact(&f->weights, i, b);
+    if (!(bond->share > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b->to, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
-    bond->weight *= f->body->volume[f->body->column[b]];
+    bond->weight = bond->share * f->body->volume[b->to];
     return 1;
 }
 
@@ -32359,7 +32869,6 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     pd_finite *finite = (pd_finite *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_own(finite) ? bonds : count;
-    PDI_ARRAY(owner, finite, weight, bonds, "1");
     PDI_ARRAY(owner, finite, back, bonds, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, finite, total, count, "m^d");
@@ -32374,17 +32883,16 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
-/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
-static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+/* Where bonds stand in the families of their other ends. */
+static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
 {
     const pd_body *body = f->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        int32_t j = body->column[b];
-        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
-        pdi_body_bond(body, i, b, xi);
-        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
-    }
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
+            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
@@ -32394,8 +32902,8 @@ static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
     double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         total += bond.weight;
         for (int p = 0; p < PDI_TENSOR; p++) {
             double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -32417,16 +32925,15 @@ static void pdi_finite_shares(const pd_finite *f, int32_t i)
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     pdi_finite_family(f, i, mean);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
-        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!open) continue;
         pdi_tensor_times(shape, bond.xi, at);
         pdi_tensor_times(mean, at, back);
         for (int d = 0; d < PD_DIM; d++)
-            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
-                                                                : at[d]);
+            pull[d] = bond.share * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d] : at[d]);
     }
 }
 
@@ -32435,10 +32942,10 @@ static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
 {
     const pd_body *body = f->body;
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        int64_t k = pdi_walk_bond(&b);
+        const double *own = f->pull + k * PD_DIM, *other = f->pull + (body->row[b.to] + f->back[k]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.to] * (own[d] - other[d]);
     }
 }
 
@@ -32450,17 +32957,14 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double 
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+/* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
  * none. */
 static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < f->body->count; i++) {
-        pdi_finite_bonds(f, i);
-        pdi_finite_shares(f, i);
-    }
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_shares(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
         if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
     return -1;
@@ -32515,6 +33019,9 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     f->mu = moduli.mu;
     f->spring = pdi_finite_spring(f);
     PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &f->weights, desc->influence));
+    pdi_finite_backs(ctx, f);
     return pdi_finite_update(ctx, f);
 }
 
@@ -32527,16 +33034,17 @@ pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc
 
 void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 {
+    pdi_bond_weights_free(ctx, &f->weights);
     pdi_owner_free(ctx, pdi_finite_list, f);
     memset(f, 0, sizeof *f);
 }
 
 /* ---- gradients ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_finite_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -32545,30 +33053,30 @@ static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, 
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
     pdi_finite_bond bond;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_eta(f, u, i, b, eta);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_eta(u, i, b.to, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
     }
     pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
 }
 
-/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
-static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
-                                    const pdi_finite_bond *bond, double *z)
+/* What the bond from point i to j does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const double *u, const double *h, int32_t i, int32_t j, const pdi_finite_bond *bond,
+                                    double *z)
 {
     double along[PD_DIM];
-    pdi_finite_eta(f, u, i, b, z);
+    pdi_finite_eta(u, i, j, z);
     pdi_tensor_times(h, bond->xi, along);
     for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
 }
 
 /* The gradient of that bond alone: h + z xi^T/r^2. */
-static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+static inline void pdi_finite_bond_gradient(const double *u, const double *h, int32_t i, int32_t j,
                                             const pdi_finite_bond *bond, double *own)
 {
     double z[PD_DIM];
-    pdi_finite_stray(f, u, h, i, b, bond, z);
+    pdi_finite_stray(u, h, i, j, bond, z);
     for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
 }
 
@@ -32609,16 +33117,16 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
     double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
     pdi_finite_bond bond;
     if (du) pdi_finite_gradient(f, du, i, dh);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_bond_gradient(f->u, h, i, b.to, &bond, part);
         pdi_finite_add_one(part, full);
         if (du) {
-            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
-            pdi_finite_site(f, m, b, full, change, p);
-        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            pdi_finite_bond_gradient(du, dh, i, b.to, &bond, change);
+            pdi_finite_site(f, m, pdi_walk_bond(&b), full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), p)) {
             return 0;
         }
         pdi_tensor_times(p, bond.xi, along);
@@ -32628,11 +33136,11 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
     }
     pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         pdi_tensor_times(part, bond.xi, along);
-        for (int d = 0; d < PD_DIM; d++)
-            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = stiffness * bond.share * (pull[d] + along[d]);
     }
     return 1;
 }
@@ -32651,12 +33159,13 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
         return 0;
     }
     pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double share = pdi_finite_stiff(f, i) * bond.share;
         pdi_tensor_times(part, bond.xi, along);
-        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        pdi_finite_stray(u, du ? dh : h, i, b.to, &bond, z);
         for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
     }
     return 1;
@@ -32722,10 +33231,10 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to;
+            double there = pdi_finite_stiff(f, j);
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             double volumes = body->volume[i] * bond.weight;
             if (pdi_finite_own(f)) {
                 double share = here / f->total[i] + there / f->total[j];
@@ -32734,7 +33243,7 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
             }
             for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
             pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
-            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            pdi_finite_add_block(f, there * bond.share * body->volume[i] * volumes, at, a);
             for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
         }
         pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
@@ -32750,14 +33259,15 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             pdi_finite_add_one(part, full);
-            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), 0) /
+                   f->total[i];
         } else {
-            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            pdi_finite_stray(u, h, i, b.to, &bond, z);
             sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
         }
     }
@@ -32789,12 +33299,12 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
     double single = 1.0, normal, all = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        int64_t site = pdi_finite_own(f) ? b : i;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        int64_t site = pdi_finite_own(f) ? pdi_walk_bond(&b) : i;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             single = bond.weight / f->total[i];
         }
         pdi_finite_add_one(part, full);
@@ -32880,9 +33390,9 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
         pdi_finite_bond bond;
         double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
         strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
-        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
-            if (pdi_finite_open(f, i, b, &bond))
-                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+        for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && f->state && pdi_walk_next(&b);)
+            if (pdi_finite_open(f, i, &b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, pdi_walk_bond(&b))[PDI_FINITE_STATE - 1];
     }
 }
 
@@ -32900,8 +33410,8 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
     pdi_finite_bond bond;
     if (!(f->total[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
-        if (pdi_finite_open(f, i, b, &bond))
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && pdi_walk_next(&b);)
+        if (pdi_finite_open(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
     pdi_tensor_product(across, shape, power);
@@ -32926,10 +33436,10 @@ static double pdi_finite_limit(const void *self, double density)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_bond bond;
         double sum = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
-                int32_t k = end ? body->column[b] : i;
+                int32_t k = end ? b.to : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
                                                 : fmax(f->work[k], f->spring);
                 sum += bond.weight * pdi_finite_stiff(f, k) * size;
@@ -36315,8 +36825,8 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int64_t b = 0; b < s->body.bonds; b++)
-        if (!s->body.broken[b]) return 1;
+    for (int32_t i = 0; i < s->count; i++)
+        if (pdi_body_intact(&s->body, i)) return 1;
     return 0;
 }
 
@@ -49517,6 +50027,17 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
+/* [byte] of the weights of bonds. lists 1: points may have their own. */
+static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, int lists)
+{
+    pd_bond_weights weights;
+    memset(&weights, 0, sizeof weights);
+    weights.body = &s->body;
+    weights.listed = s->body.lattice && lists ? s->count : 0;
+    weights.room = s->body.lattice ? 0 : s->body.bonds;
+    return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
+}
+
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
@@ -49537,15 +50058,31 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
     switch (s->desc.material) {
     case PD_STRUCTURE_SPRINGS:
         return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_weights(plan, s, 1) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_ORDINARY:
+        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_HENCKY:
+        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_CORRESPONDENCE: break;
     }
     return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_weights(plan, s, 0) +
            pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
+}
+
+/* Families of a body on the lattice: its table has no more places than the box. */
+static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
+{
+    double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
+    body->kinds = (int32_t)bonds;
+    body->bonds = (int64_t)(bonds * (double)body->count);
+    double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
+    body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
+    body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -49556,7 +50093,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
-    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    pdi_footprint_table(u, plan, &s.body);
     s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
     s.desc.elastic.yield = u->metal_body.yield;
@@ -49566,6 +50103,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
@@ -50921,8 +51459,8 @@ static int pdi_output_joined(const void *user, int cell, int other)
     int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
     int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
     if (v->whole) return 1;
-    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
-        if (s->body.column[b] == j) return !s->body.broken[b];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return !pdi_walk_broken(&f);
     return 0;
 }
 
@@ -50950,7 +51488,7 @@ static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_p
     view.model = out->model;
     view.right = right;
     view.up = up;
-    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    view.whole = pdi_body_whole(body);
     PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
     pdi_output_moves(out, &view, move);
     warp.still = picture;

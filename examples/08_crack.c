@@ -31,25 +31,12 @@ static void must(pd_status status)
     exit(1);
 }
 
-/* Share of the bonds of each point that are broken. */
-static void damage_of(const pd_body *body, double *damage)
+/* The notch: bonds that cross y = 0 left of the middle are broken, and those through the middle are not. */
+static void notch(pd_body *body, double h)
 {
-    for (int32_t i = 0; i < body->count; i++) {
-        int64_t broken = 0, all = body->row[i + 1] - body->row[i];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) broken += body->broken[b];
-        damage[i] = (double)broken / (double)all;
-    }
-}
-
-/* The notch: bonds that cross y = 0 left of the middle are broken. */
-static void notch(pd_body *body)
-{
-    for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)body->column[b];
-            if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
-            if (p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) < 0.0) body->broken[b] = 1;
-        }
+    double ends[4] = {-LENGTH, 0.0, -0.01 * h, 0.0};
+    pd_cut cut = {2, ends};
+    must(pd_body_cut(&ctx, body, &cut, 1, NULL));
 }
 
 int main(int argc, char **argv)
@@ -85,7 +72,7 @@ int main(int argc, char **argv)
     points.horizon = 3.0 * h;
     points.spacing = h;
     must(pd_body_build(&ctx, &points, &body));
-    notch(&body);
+    notch(&body, h);
     memset(&glass, 0, sizeof glass);
     glass.young = 72e9;
     glass.fracture = 3.8;
@@ -100,7 +87,7 @@ int main(int argc, char **argv)
     for (int frame = 1; frame <= 10; frame++) {
         double tip = 0.0;
         must(pd_process_run(&ctx, pd_verlet_process(&verlet), 0.1 * END * frame));
-        damage_of(&body, damage);
+        pd_body_damage(&ctx, &body, damage);
         for (int32_t i = 0; i < count; i++)
             if (damage[i] >= DAMAGED) tip = fmax(tip, position[2 * i]);
         printf("t = %4.1f us: tip at %4.1f mm, %d bonds broken\n", 1e6 * verlet.time, 1e3 * tip, (int)verlet.broken);

@@ -65,15 +65,15 @@ static int64_t cut(plate_case *c, double length)
 {
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
             double p[2], q[2];
             local(c, c->position + i * PD_DIM, p);
-            local(c, c->position + c->body.column[b] * PD_DIM, q);
+            local(c, c->position + b.to * PD_DIM, q);
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
             if (at > 0.0 || at < -length) continue;
-            broken += !c->body.broken[b];
-            c->body.broken[b] = 1;
+            broken += !pdi_walk_broken(&b);
+            pdi_body_mark(&c->body, i, b.n);
         }
     return broken;
 }

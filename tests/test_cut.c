@@ -130,10 +130,10 @@ static int64_t compare(const cut_case *c, const int64_t *corner)
 {
     int64_t wrong = 0, pairs = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
-            int32_t j = c->body.column[b];
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to;
             int expected = crosses(corner, c->at + (int64_t)i * PD_DIM, c->at + (int64_t)j * PD_DIM);
-            wrong += expected != c->body.broken[b];
+            wrong += expected != pdi_walk_broken(&b);
             pairs += expected && j > i;
         }
     CHECK_INT(wrong, 0);
@@ -249,12 +249,13 @@ TEST(order)
         CHECK_INT(broken[0], broken[1]);
         CHECK(broken[0] > 0);
         for (int32_t i = 0; i < count; i++)
-            for (int64_t b = body[0].row[i]; b < body[0].row[i + 1]; b++) {
-                int32_t j = body[0].column[b];
-                int64_t twin = body[1].row[count - 1 - i] + b - body[0].row[i], back = body[0].row[j];
-                wrong += body[1].column[twin] != count - 1 - j || body[1].broken[twin] != body[0].broken[b];
-                while (body[0].column[back] != i) back++;
-                uneven += body[0].broken[back] != body[0].broken[b];
+            for (pd_walk b = pdi_walk_from(&body[0], i), twin = pdi_walk_from(&body[1], count - 1 - i);
+                 pdi_walk_next(&b);) {
+                pd_walk back = pdi_walk_from(&body[0], b.to);
+                wrong += !pdi_walk_next(&twin) || twin.to != count - 1 - b.to;
+                wrong += pdi_walk_broken(&twin) != pdi_walk_broken(&b);
+                while (pdi_walk_next(&back) && back.to != i) continue;
+                uneven += pdi_walk_broken(&back) != pdi_walk_broken(&b);
             }
         CHECK_INT(wrong, 0);
         CHECK_INT(uneven, 0);
@@ -276,9 +277,9 @@ static int joined(const pd_body *body, int32_t from, uint8_t *seen)
     while (depth) {
         int32_t i = stack[--depth];
         found++;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (body->broken[b] || seen[j]) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to;
+            if (pdi_walk_broken(&b) || seen[j]) continue;
             seen[j] = 1;
             stack[depth++] = j;
         }
@@ -417,12 +418,13 @@ TEST(energy)
     for (int32_t i = 0; i < c->body.count; i++) {
         int column = c->at[i * PD_DIM] < n; /* lower ends in the middle column */
         for (int d = 1; d < PD_DIM; d++) column = column && c->at[i * PD_DIM + d] == 2 * (n / 2) + 1;
-        for (int64_t b = c->body.row[i]; column && b < c->body.row[i + 1]; b++) {
+        for (pd_walk b = pdi_walk_from(&c->body, i); column && pdi_walk_next(&b);) {
             double xi[PD_DIM], square = 0.0;
-            if (!c->body.broken[b]) continue;
-            pdi_body_bond(&c->body, i, b, xi);
+            if (!pdi_walk_broken(&b)) continue;
+            pdi_body_bond(&c->body, i, b.to, xi);
             for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
-            sum += 0.5 * m.modulus * (double)m.weight[b] * m.critical * m.critical * sqrt(square) * c->volume[0] *
+            double weight = pdi_bond_weights_intact(&m.weights, i, &b);
+            sum += 0.5 * m.modulus * weight * m.critical * m.critical * sqrt(square) * c->volume[0] *
                    c->volume[0];
         }
     }
@@ -453,7 +455,7 @@ TEST(damage)
     CHECK_LE(fabs(damage[middle - 2]), 0.0);
     for (int32_t i = 0; i < c->body.count; i++) wrong += !(damage[i] >= 0.0 && damage[i] <= 1.0);
     CHECK_INT(wrong, 0);
-    memset(c->body.broken, 1, (size_t)c->body.bonds);
+    for (int32_t i = 0; i < c->body.count; i++) pdi_body_release(&c->body, i);
     pd_body_damage(&c->ctx, &c->body, damage);
     CHECK_NEAR(damage[0], 1.0, 0.0);
     end(c);
@@ -475,7 +477,7 @@ static void refused(cut_case *c, int corners, const double *corner, const char *
     CHECK_INT(pd_body_cut(&c->ctx, &c->body, two, 2, &broken), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "cut 1") && strstr(c->ctx.message, text));
     CHECK_INT(broken, 0);
-    CHECK(memchr(c->body.broken, 1, (size_t)c->body.bonds) == NULL);
+    CHECK(pdi_body_whole(&c->body));
 }
 
 TEST(refusals)

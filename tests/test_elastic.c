@@ -98,10 +98,9 @@ TEST(families)
             }
         CHECK_INT(c->body.bonds, pairs);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (int64_t b = c->body.row[i] + 1; b < c->body.row[i + 1]; b++) {
-                const double *p = c->position + c->body.column[b - 1] * PD_DIM;
-                const double *q = c->position + c->body.column[b] * PD_DIM;
-                CHECK(p[PD_DIM - 1] <= q[PD_DIM - 1]);
+            for (pd_walk b = pdi_walk_from(&c->body, i), last = b; pdi_walk_next(&b); last = b) {
+                const double *q = c->position + b.to * PD_DIM;
+                if (b.n) CHECK(c->position[last.to * PD_DIM + PD_DIM - 1] <= q[PD_DIM - 1]);
             }
         end(c);
     }
@@ -173,9 +172,9 @@ TEST(cut)
     if (!c) return;
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
-            if ((c->position[i * PD_DIM] < 0.2e-3) != (c->position[c->body.column[b] * PD_DIM] < 0.2e-3)) {
-                c->body.broken[b] = 1;
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+            if ((c->position[i * PD_DIM] < 0.2e-3) != (c->position[b.to * PD_DIM] < 0.2e-3)) {
+                pdi_body_mark(&c->body, i, b.n);
                 broken++;
             }
     if (!CHECK(broken > 0) || !elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
@@ -326,8 +325,8 @@ TEST(bands)
         body_case *c = block(cells(), 1.0, 1.0, 0.0);
         if (!c) return;
         int32_t middle = c->body.count / 2;
-        int64_t b = c->body.row[middle];
-        if (breaks) c->body.broken[b] = c->body.broken[pdi_body_back(&c->body, middle, c->body.column[b])] = 1;
+        pd_walk b = pdi_walk_from(&c->body, middle);
+        if (pdi_walk_next(&b) && breaks) pd_body_break(&c->body, middle, b.to);
         if (!elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_INVERSE)) return;
         shake(c, 4, u);
         pd_elastic_force(&c->ctx, &c->elastic, u, force);

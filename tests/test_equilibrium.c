@@ -200,8 +200,9 @@ TEST(no_rest)
         ring_case *c = cells(in_box, 1.0, 0.2, 1.0);
         if (!c) return;
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
-            for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
-                c->body.broken[b] = (c->position[i * PD_DIM] < 0.0) != (c->position[c->body.column[b] * PD_DIM] < 0.0);
+            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+                if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.to * PD_DIM] < 0.0))
+                    pdi_body_mark(&c->body, i, b.n);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
         memset(&desc, 0, sizeof desc);
         desc.held = c->held;
@@ -245,9 +246,9 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1] && way == CRACK; b++) {
-            const double *y = c->position + c->body.column[b] * PD_DIM;
-            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) c->body.broken[b] = 1;
+        for (pd_walk b = pdi_walk_from(&c->body, i); way == CRACK && pdi_walk_next(&b);) {
+            const double *y = c->position + b.to * PD_DIM;
+            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark(&c->body, i, b.n);
         }
     }
     memset(&desc, 0, sizeof desc);

@@ -201,12 +201,13 @@ static void patterns(const solid_case *c, const pd_finite *f, int32_t i, const d
 {
     double modulus = 0.0, all = 0.0;
     memset(energy, 0, 4 * sizeof *energy);
-    for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
-        double xi[PD_DIM], along = 0.0, size = 0.0, r, shear, weight = (double)f->weight[b] * c->volume[0];
-        pdi_body_bond(&c->body, i, b, xi);
+    for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+        double xi[PD_DIM], along = 0.0, size = 0.0, r, shear;
+        double weight = pdi_bond_weights_intact(&f->weights, i, &b) * c->volume[0];
+        pdi_body_bond(&c->body, i, b.to, xi);
         r = sqrt(pdi_tensor_dot(xi, xi));
         for (int q = 0; q < PD_DIM; q++) {
-            double eta = x[c->body.column[b] * PD_DIM + q] - x[i * PD_DIM + q];
+            double eta = x[b.to * PD_DIM + q] - x[i * PD_DIM + q];
             along += eta * xi[q] / r;
             size += eta * eta;
         }
@@ -566,11 +567,14 @@ TEST(loose)
     uint32_t seed = 3;
     solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.2);
     if (!c) return;
-    int32_t alone = c->body.count / 2, one = c->body.column[c->body.row[alone]];
+    int32_t alone = c->body.count / 2, one;
+    pd_walk first = pdi_walk_from(&c->body, alone);
+    pdi_walk_next(&first);
+    one = first.to;
     for (int32_t j = 0; j < c->body.count; j++)
-        for (int64_t b = c->body.row[j]; b < c->body.row[j + 1]; b++)
-            if ((j == alone || c->body.column[b] == alone) && j + c->body.column[b] != alone + one)
-                c->body.broken[b] = 1;
+        for (pd_walk b = pdi_walk_from(&c->body, j); pdi_walk_next(&b);)
+            if ((j == alone || b.to == alone) && j + b.to != alone + one)
+                pdi_body_mark(&c->body, j, b.n);
     if (PD_DIM > 1) CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
     d.loose = 1;
     pd_solid s = build(c, &d, &f);
@@ -694,7 +698,9 @@ TEST(store)
             solid_gradient(&seed, 0.03, g);
             solid_stretch(c, g, 1e-7, 4, u);
             if (!run) {
-                c->body.broken[0] = c->body.broken[pdi_body_back(&c->body, 0, c->body.column[0])] = 1;
+                pd_walk first = pdi_walk_from(&c->body, 0);
+                pdi_walk_next(&first);
+                pd_body_break(&c->body, 0, first.to);
                 CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
                 CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
                 cost = s.dissipated(s.self);

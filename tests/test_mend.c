@@ -107,6 +107,14 @@ TEST(stiffness)
     }
 }
 
+/* Weights of all bonds. */
+static void keep(const bar *c, float *to)
+{
+    for (int32_t i = 0; i < c->body.count; i++)
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+            to[pdi_walk_bond(&b)] = pdi_bond_weights_of(&c->springs.weights, i, &b);
+}
+
 /* Factors are within their bounds, the same at both ends and in the mirror image to the bit; whole families that join
  * whole ones have none, and a crack of the bulk takes what it took. */
 TEST(factors)
@@ -116,28 +124,30 @@ TEST(factors)
     int64_t whole = 0, bulk = 0;
     double least = 1.0, most = 1.0, critical;
     if (!c || !CHECK(c->body.bonds <= MOST * 140)) return;
-    memcpy(kept[0], c->springs.weight, (size_t)c->body.bonds * sizeof **kept);
+    keep(c, kept[0]);
     critical = c->springs.critical;
     end(c);
     c = make(c->n[0], c->n[1], 0, 2.0, PD_MICROELASTIC_MOMENTS);
     if (!c) return;
     const pd_body *body = &c->body;
+    keep(c, kept[1]);
     CHECK(c->springs.critical <= critical && c->springs.critical >= critical);
     for (int32_t i = 0; i < body->count; i++)
         if (body->row[i + 1] - body->row[i] > whole) whole = body->row[i + 1] - body->row[i];
     for (int32_t i = 0; i < body->count; i++)
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b], mirror[2] = {i, j};
-            double factor = (double)c->springs.weight[b] / (double)kept[0][b];
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to, mirror[2] = {i, j};
+            int64_t at = pdi_walk_bond(&b);
+            double factor = (double)kept[1][at] / (double)kept[0][at];
             least = fmin(least, factor);
             most = fmax(most, factor);
-            int64_t back = pdi_body_back(body, i, j);
-            CHECK(memcmp(&c->springs.weight[b], &c->springs.weight[back], sizeof(float)) == 0);
+            int64_t back = body->row[j] + pdi_body_back(body, i, j);
+            CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             for (int e = 0; e < 2; e++) mirror[e] += c->n[0] - 1 - 2 * (mirror[e] % c->n[0]);
-            back = pdi_body_back(body, mirror[0], mirror[1]);
-            CHECK(memcmp(&c->springs.weight[b], &c->springs.weight[back], sizeof(float)) == 0);
+            back = body->row[mirror[1]] + pdi_body_back(body, mirror[0], mirror[1]);
+            CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             if (body->row[i + 1] - body->row[i] < whole || body->row[j + 1] - body->row[j] < whole) continue;
-            CHECK(memcmp(&c->springs.weight[b], &kept[0][b], sizeof(float)) == 0);
+            CHECK(memcmp(&kept[1][at], &kept[0][at], sizeof(float)) == 0);
             bulk++;
         }
     NOTE("factors from %.3f to %.3f; %.0f bonds of the bulk have none", least, most, (double)bulk);
@@ -168,14 +178,15 @@ TEST(slanted)
             double sum = 0.0;
             for (int32_t i = 0; i < c->body.count; i++) /* energy of uniaxial stress, of the middle */
                 if (i % 60 >= 20 && i % 60 < 40)
-                    for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+                    for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
                         double xi[2], square, e = 0.0;
-                        int32_t j = c->body.column[b];
-                        pdi_body_bond(&c->body, i, b, xi);
+                        int32_t j = b.to;
+                        pdi_body_bond(&c->body, i, b.to, xi);
                         square = xi[0] * xi[0] + xi[1] * xi[1];
                         for (int d = 0; d < 2; d++) e += xi[d] * (c->u[j * 2 + d] - c->u[i * 2 + d]);
                         e /= 1e-7 * square;
-                        sum += 0.5 * c->springs.modulus * (double)c->springs.weight[b] * e * e * sqrt(square);
+                        double weight = pdi_bond_weights_intact(&c->springs.weights, i, &b);
+                        sum += 0.5 * c->springs.modulus * weight * e * e * sqrt(square);
                     }
             young[way] = sum / (20.0 * cells);
             end(c);

@@ -339,8 +339,8 @@ TEST(derivative)
             }
             for (int k = 0; k < 3; k++)
                 turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
-            for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++)
-                split += c->volume[i] * c->volume[c->body.column[b]] * bond[b];
+            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+                split += c->volume[i] * c->volume[b.to] * bond[pdi_walk_bond(&b)];
         }
         sums = fmax(sums, fmax(largest(push, PD_DIM), largest(turn, 3)) / size);
         bonds = fmax(bonds, fabs(split / energy - 1.0));
@@ -443,9 +443,9 @@ TEST(broken)
     pd_ordinary_desc d = steel(0.3, 0, 0, 0);
     if (!c || !make(c, &d, &s)) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
-            double own = c->position[i * PD_DIM], far = c->position[c->body.column[b] * PD_DIM];
-            c->body.broken[b] = (own < 0.8e-3) != (far < 0.8e-3);
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+            double own = c->position[i * PD_DIM], far = c->position[b.to * PD_DIM];
+            if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark(&c->body, i, b.n);
         }
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     for (int k = 0; k < T; k++) g[k] = random_real(&seed);
@@ -460,10 +460,8 @@ TEST(broken)
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
     material.desc.loose = 1; /* then it is free, and a point with one bond is, too */
-    for (int64_t b = c->body.row[0] + 1; b < c->body.row[1]; b++) {
-        c->body.broken[b] = 1;
-        c->body.broken[pdi_body_back(&c->body, 0, c->body.column[b])] = 1;
-    }
+    for (pd_walk b = pdi_walk_from(&c->body, 0); pdi_walk_next(&b);)
+        if (b.n) pd_body_break(&c->body, 0, b.to);
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     CHECK_INT(material.lost, 1);
     CHECK_INT(pdi_body_intact(&c->body, 0), 0);

@@ -78,10 +78,10 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     c->desc.spacing = c->h;
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
     for (int32_t i = 0; i < c->body.count && slit; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
-            const double *x = c->position + i * PD_DIM, *to = c->position + c->body.column[b] * PD_DIM;
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+            const double *x = c->position + i * PD_DIM, *to = c->position + b.to * PD_DIM;
             double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
-            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) c->body.broken[b] = 1;
+            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark(&c->body, i, b.n);
         }
     memset(&desc, 0, sizeof desc);
     desc.young = YOUNG;
@@ -111,8 +111,8 @@ static int cut(body_case *c, double left, uint32_t *seed)
     double middle = 0.5 + c->shift;
     int kept = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
-            const double *x = c->position + i * PD_DIM, *y = c->position + c->body.column[b] * PD_DIM;
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+            const double *x = c->position + i * PD_DIM, *y = c->position + b.to * PD_DIM;
             double aside = 0.0;
             if (!(x[0] < middle) || y[0] < middle) continue;
             for (int d = 1; d < PD_DIM; d++) aside = fmax(aside, fabs(x[d] - y[d]));
@@ -121,7 +121,7 @@ static int cut(body_case *c, double left, uint32_t *seed)
                 kept++;
                 continue;
             }
-            c->body.broken[b] = c->body.broken[pdi_body_back(&c->body, i, c->body.column[b])] = 1;
+            pd_body_break(&c->body, i, b.to);
         }
     return CHECK_OK(&c->ctx, pd_elastic_update(&c->ctx, &c->elastic)) ? kept : 0;
 }

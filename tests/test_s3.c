@@ -85,13 +85,14 @@ TEST(bonds)
     if (!c) return;
     material(c, &f);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (int64_t b = c->body.row[i]; b < c->body.row[i + 1]; b++) {
+        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
             double xi[PD_DIM], other[PD_DIM];
-            int32_t j = c->body.column[b];
-            int64_t back = c->body.row[j] + f.back[b];
-            CHECK_INT(c->body.column[back], i);
-            pdi_body_bond(&c->body, i, b, xi);
-            pdi_body_bond(&c->body, j, back, other);
+            int32_t j = b.to;
+            pd_walk back = pdi_walk_from(&c->body, j);
+            while (pdi_walk_next(&back) && back.n < f.back[pdi_walk_bond(&b)]) continue;
+            CHECK_INT(back.to, i);
+            pdi_body_bond(&c->body, i, b.to, xi);
+            pdi_body_bond(&c->body, j, back.to, other);
             CHECK_LE(pdi_tensor_dot(xi, xi), 4.0);
             for (int d = 0; d < PD_DIM; d++) {
                 CHECK_NEAR(xi[d], c->position[j * PD_DIM + d] - c->position[i * PD_DIM + d], 0.0);

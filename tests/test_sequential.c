@@ -151,11 +151,11 @@ static int plate(const int *n, int half, double m)
     c.desc.count = n[0] * n[1];
     if (!body(h, m)) return 0;
     for (int32_t i = 0; i < c.body.count; i++)
-        for (int64_t b = c.body.row[i]; b < c.body.row[i + 1]; b++) {
-            const double *p = c.position + 2 * i, *q = c.position + 2 * c.body.column[b];
+        for (pd_walk b = pdi_walk_from(&c.body, i); pdi_walk_next(&b);) {
+            const double *p = c.position + 2 * i, *q = c.position + 2 * b.to;
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
-            if (fabs(at) < half * h + 1e-3 * h) c.body.broken[b] = 1;
+            if (fabs(at) < half * h + 1e-3 * h) pdi_body_mark(&c.body, i, b.n);
         }
     CHECK_OK(&c.ctx, c.solid.update(&c.ctx, c.solid.self));
     return 1;

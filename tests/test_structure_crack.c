@@ -69,10 +69,10 @@ static void check_bonds(const scene_case *c, double last, double height)
     for (int32_t i = 0; i < body->count; i++) {
         double x[PD_DIM], y[PD_DIM], share = 0.0;
         for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[body->column[b] * PD_DIM + d];
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.to * PD_DIM + d];
             int is = crosses(x, y, last, height);
-            wrong += is != body->broken[b];
+            wrong += is != pdi_walk_broken(&b);
             broken += is;
             share += is / (double)(body->row[i + 1] - body->row[i]);
         }

@@ -108,8 +108,8 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
 
 static int pdi_structure_bears(const pd_structure *s)
 {
-    for (int64_t b = 0; b < s->body.bonds; b++)
-        if (!s->body.broken[b]) return 1;
+    for (int32_t i = 0; i < s->count; i++)
+        if (pdi_body_intact(&s->body, i)) return 1;
     return 0;
 }
 

@@ -316,6 +316,17 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
+/* [byte] of the weights of bonds. lists 1: points may have their own. */
+static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, int lists)
+{
+    pd_bond_weights weights;
+    memset(&weights, 0, sizeof weights);
+    weights.body = &s->body;
+    weights.listed = s->body.lattice && lists ? s->count : 0;
+    weights.room = s->body.lattice ? 0 : s->body.bonds;
+    return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
+}
+
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
@@ -336,15 +347,31 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
     switch (s->desc.material) {
     case PD_STRUCTURE_SPRINGS:
         return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
+               pdi_footprint_weights(plan, s, 1) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
-    case PD_STRUCTURE_ORDINARY: return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary);
+    case PD_STRUCTURE_ORDINARY:
+        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pdi_footprint_list(plan, pdi_finite_list, &s->finite);
+    case PD_STRUCTURE_HENCKY:
+        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0);
     case PD_STRUCTURE_CORRESPONDENCE: break;
     }
     return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
+           pdi_footprint_weights(plan, s, 0) +
            pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
+}
+
+/* Families of a body on the lattice: its table has no more places than the box. */
+static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
+{
+    double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
+    body->kinds = (int32_t)bonds;
+    body->bonds = (int64_t)(bonds * (double)body->count);
+    double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
+    body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
+    body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
@@ -355,7 +382,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
-    s.body.bonds = (int64_t)(pdi_footprint_bonds(u->metal_body.m) * (double)s.body.count);
+    pdi_footprint_table(u, plan, &s.body);
     s.desc.material = u->metal_body.material;
     s.desc.density = u->metal_body.density;
     s.desc.elastic.yield = u->metal_body.yield;
@@ -365,6 +392,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
+    *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);

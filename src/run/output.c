@@ -165,8 +165,8 @@ static int pdi_output_joined(const void *user, int cell, int other)
     int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
     int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
     if (v->whole) return 1;
-    for (int64_t b = s->body.row[i]; b < s->body.row[i + 1]; b++)
-        if (s->body.column[b] == j) return !s->body.broken[b];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return !pdi_walk_broken(&f);
     return 0;
 }
 
@@ -194,7 +194,7 @@ static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_p
     view.model = out->model;
     view.right = right;
     view.up = up;
-    view.whole = memchr(body->broken, 1, (size_t)body->bonds) == NULL;
+    view.whole = pdi_body_whole(body);
     PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
     pdi_output_moves(out, &view, move);
     warp.still = picture;

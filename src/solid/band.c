@@ -12,6 +12,9 @@
 /* Bits of a bond that all points of the longest band have. */
 #define PDI_BAND_ALL UINT32_MAX
 
+/* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
+#define PDI_BAND_STEPS 1024
+
 PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
 {
     pd_band *band = (pd_band *)object;
@@ -36,11 +39,12 @@ static void pdi_band_place(const pd_band *band)
     }
 }
 
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band)
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
-    band->weight = weight;
+    band->weights = weights;
     band->fields = fields;
     band->most = PD_BAND_MOST;
     int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_BAND_LINE - 1) / PDI_BAND_LINE;
@@ -62,51 +66,81 @@ PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
     memset(band, 0, sizeof *band);
 }
 
-/* A list of bonds on its way into a band. */
+/* A list of bonds on its way into a band: lanes are the steps of their vectors until points are known. */
 typedef struct pdi_band_bonds {
     int32_t count;
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* The bonds of point i that are not broken. */
-static void pdi_band_row(const pd_band *band, int32_t i, pdi_band_bonds *bonds)
+/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
 {
-    const pd_body *body = band->body;
+    double xi[PD_DIM];
+    uint32_t steps = 0;
+    if (!band->vectors) return 0;
+    pdi_body_bond(band->body, i, j, xi);
+    for (int d = 0; d < PD_DIM; d++)
+        steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
+    return steps;
+}
+
+/* The bonds of point i; intact 1: those that are not broken. */
+static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
+{
     bonds->count = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!(band->weight[b] > 0.0f)) continue;
-        bonds->bond[bonds->count].offset = body->column[b] - i;
-        bonds->bond[bonds->count].weight = band->weight[b];
-        bonds->bond[bonds->count++].lanes = 0;
+    for (pd_walk f = pdi_walk_from(band->body, i); pdi_walk_next(&f);) {
+        float weight = pdi_bond_weights_of(band->weights, i, &f);
+        if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
+        bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].weight = weight;
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
     }
 }
 
-/* 1: all bonds of a are in b, in the same order and with the same weights; those of b get the lanes. */
-static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b, uint32_t lanes)
+/* 1: all bonds of a are in b, in the same order, with the same weights and vectors. */
+static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
 {
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
-        if (a->bond[n].offset != b->bond[k].offset) continue;
-        if (a->bond[n].weight < b->bond[k].weight || a->bond[n].weight > b->bond[k].weight) return 0;
-        b->bond[k].lanes |= lanes;
+        const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
+        if (own->offset != other->offset) continue;
+        if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
     return n == a->count;
 }
 
-/* The band that begins at point i: its bonds go into `all`. Returns the first point behind it. */
+/* The band that begins at point i: its bonds go into `all`, broken ones too. Returns the first point behind it. */
 static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t end = i + 1;
-    pdi_band_row(band, i, all);
+    pdi_band_row(band, i, 0, all);
     for (; end < band->body->count && end < i + band->most; end++) {
-        pdi_band_row(band, end, one);
-        if (pdi_band_within(one, all, 0)) continue;
-        if (!pdi_band_within(all, one, 0)) break;
+        pdi_band_row(band, end, 0, one);
+        if (pdi_band_within(one, all)) continue;
+        if (!pdi_band_within(all, one)) break;
         memcpy(all->bond, one->bond, (size_t)one->count * sizeof *one->bond);
         all->count = one->count;
     }
     return end;
+}
+
+/* Bonds that points have and that are not broken, of `all` of the points from i to end. */
+static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
+{
+    int32_t kept = 0;
+    for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
+    for (int32_t n = i; n < end; n++) {
+        pdi_band_row(band, n, 1, one);
+        for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
+            if (one->bond[own].offset != all->bond[k].offset) continue;
+            all->bond[k].lanes |= (uint32_t)1 << (n - i);
+            own++;
+        }
+    }
+    for (int32_t k = 0; k < all->count; k++)
+        if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
+    all->count = kept;
 }
 
 /* Room for so many bonds. */
@@ -131,12 +165,10 @@ static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_
         int32_t end = pdi_band_grow(band, i, &all, one);
         band->first[band->bands] = i;
         band->begin[band->bands++] = bonds;
-        int kept = end - i > 1 || band->singles;
-        for (int32_t n = 0; n < end - i && kept; n++) {
-            pdi_band_row(band, i + n, one);
-            pdi_band_within(one, &all, (uint32_t)1 << n);
+        if (end - i > 1 || band->singles) {
+            pdi_band_keep(band, i, end, &all, one);
+            bonds += all.count;
         }
-        if (kept) bonds += all.count;
         i = end;
     }
     band->first[band->bands] = count;
@@ -148,9 +180,7 @@ PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band)
 {
     const pd_body *body = band->body;
     pdi_band_bonds one = {0, NULL};
-    int64_t longest = 1;
-    for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+    int64_t longest = body->kinds > 0 ? body->kinds : 1;
     band->bands = 0;
     pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_band_walk(ctx, band, (int32_t)longest, &one);
@@ -202,14 +232,13 @@ static int pdi_band_whole(int32_t count) { return (count + PDI_BAND_LINE - 1) / 
 
 PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *sums)
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0) pdi_band_add(own, own + (body->column[b] - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -267,14 +296,12 @@ PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RE
 PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
-    const pd_body *body = band->body;
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
-    for (int64_t b = body->row[i]; b < body->row[i + 1] && count == 1; b++) {
-        double w = (double)band->weight[b];
-        if (w > 0.0)
-            pdi_band_pull(own, own + (body->column[b] - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+    for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
+        double w = pdi_bond_weights_intact(band->weights, i, &f);
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -303,5 +330,6 @@ PDI_FN void pdi_band_force(const pd_band *band, int32_t k, double lambda, double
 
 #undef PDI_BAND_LINE
 #undef PDI_BAND_ALL
+#undef PDI_BAND_STEPS
 #undef PDI_BAND_LINES
 #undef PDI_BAND_APART

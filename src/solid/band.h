@@ -1,14 +1,14 @@
 /* band: the two sums over bonds that small strains need, for many points at a time.
  *
  * Points that follow each other and whose families are alike make a band: the bonds of the next one lead to the next
- * points and have the same weights. Some points may lack a few of the bonds, as at a surface and beside a crack. A
+ * points and have the same weights. Some points may lack a few of the bonds, as at a surface, or have broken ones. A
  * lattice consists of bands as long as its rows. A band has one list of bonds, and its loops are vectors. Each point
  * takes its bonds in the order of its row, and of a bond that it lacks it takes zero, so results have the same bits
  * however points are put into bands.
  */
 #ifndef PD_BAND_H
 #define PD_BAND_H
-#include "solid/body.h"
+#include "solid/bond_weights.h"
 
 #define PD_BAND_MOST 32 /* points of a band */
 
@@ -21,13 +21,14 @@ typedef struct pd_band_bond {
 
 typedef struct pd_band {
     const pd_body *body;
-    const float *weight; /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     int32_t fields;      /* how many of PDI_BAND_PLACE and so on a point has */
     int singles;         /* 1: points that are alone have a list of bonds, too */
+    int vectors;         /* 1: all points of a band have the same vector of whole spacings for a bond */
     int32_t most;        /* points of a band */
     int32_t bands;
     int32_t *first;      /* [count + 1] first point of each band, then count */
-    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its row in the body */
+    int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its family in the body */
     int64_t room;
     pd_band_bond *bond;  /* [room] */
     int64_t stride;      /* entries of a field: count, and as many as keep fields off the same lines of a cache */
@@ -55,11 +56,12 @@ typedef struct pdi_band_sums {
 } pdi_band_sums;
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *band);
-/* body and weight are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
+/* body and weights are borrowed. fields: PDI_BAND_SHARE for what stands before it, and so on.
  * pdi_band_find has to follow. */
-PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const float *weight, int32_t fields, pd_band *band);
+PDI_FN pd_status pdi_band_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
+                                pd_band *band);
 PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band);
-/* Weights have changed: bands anew. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_band_find(pd_ctx *ctx, pd_band *band);
 /* Take displacements u [count][PD_DIM] [m]. */
 PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *u);

@@ -46,11 +46,21 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
+{
+    pd_body *body = (pd_body *)object;
+    PDI_ARRAY(owner, body, member, body->places, "1");
+    PDI_ARRAY(owner, body, shift, body->kinds, "1");
+    PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
+}
+
+/* Bytes of the bits of all bonds. */
+static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
+
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, column, body->bonds, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, body, broken, body->bonds, "1");
+    PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
@@ -191,23 +201,213 @@ static int pdi_body_ascend(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
+/* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
+static int32_t pdi_body_number(pd_body *body)
+{
+    int64_t longest = 0;
+    body->row[0] = 0;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (body->row[i + 1] > longest) longest = body->row[i + 1];
+        body->row[i + 1] += body->row[i];
+    }
+    body->bonds = body->row[body->count];
+    return (int32_t)longest;
+}
+
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] += body->row[i];
-    body->bonds = body->row[body->count];
-    PDI_TRY(pdi_owner_build(ctx, pdi_body_list, body));
+    body->kinds = pdi_body_number(body);
+    body->places = body->bonds;
+    PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
+    for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->column + body->row[i];
+        int32_t *family = body->member + body->row[i];
         size_t length = (size_t)pdi_body_family(body, c, i, family);
         qsort(family, length, sizeof *family, pdi_body_ascend);
         for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
     }
     return PD_OK;
+}
+
+/* ---- lattices ---- */
+
+/* Where the points of a lattice stand along its axes. */
+typedef struct pdi_body_axes {
+    int32_t n[PD_DIM];     /* places along each axis */
+    int32_t begin[PD_DIM + 1]; /* of each axis in x */
+    double lo[PD_DIM];     /* [m] */
+    int32_t steps;         /* of a bond along an axis, at most */
+    int64_t lead;          /* entries before the first place */
+    int32_t stride[PD_DIM];
+    double *x;             /* [begin[PD_DIM]] [m] the coordinate of all points there; HUGE_VAL: there is none */
+    double *span;          /* [PD_DIM][steps + 1][2] [m] least and greatest way of so many steps; least < 0: none */
+} pdi_body_axes;
+
+static void pdi_body_axes_list(pdi_owner *owner, void *object)
+{
+    pdi_body_axes *axes = (pdi_body_axes *)object;
+    PDI_ARRAY(owner, axes, x, axes->begin[PD_DIM], "m");
+    PDI_ARRAY(owner, axes, span, axes->begin[PD_DIM] > 0 ? 2 * PD_DIM * (axes->steps + 1) : 0, "m");
+}
+
+PDI_FN double pdi_body_places(const double *n, double steps)
+{
+    double stride = 1.0, lead = 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        lead += steps * stride;
+        stride *= n[d] + steps;
+    }
+    return lead + stride;
+}
+
+/* The box about all points. 0: it has too many places for a table. */
+static int pdi_body_box(pd_body *body, pdi_body_axes *a)
+{
+    double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double hi = a->lo[d] = body->position[d];
+        for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
+            a->lo[d] = fmin(a->lo[d], body->position[i]);
+            hi = fmax(hi, body->position[i]);
+        }
+        n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
+        most *= 2.0 * steps + 1.0;
+    }
+    double places = pdi_body_places(n, steps);
+    if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
+    a->steps = (int32_t)steps;
+    body->places = (int64_t)places;
+    int64_t stride = 1;
+    for (int d = 0; d < PD_DIM; d++) {
+        a->n[d] = (int32_t)n[d];
+        a->begin[d + 1] = a->begin[d] + a->n[d];
+        a->stride[d] = (int32_t)stride;
+        a->lead += a->steps * stride;
+        stride *= a->n[d] + a->steps;
+    }
+    return 1;
+}
+
+/* Coordinates along the axes. 0: two points of one place along an axis differ, or one is at no place. */
+static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
+{
+    for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
+    for (int32_t i = 0; i < body->count; i++)
+        for (int d = 0; d < PD_DIM; d++) {
+            double x = body->position[(int64_t)i * PD_DIM + d], at = (x - a->lo[d]) / body->spacing;
+            double *known = a->x + a->begin[d] + (int32_t)floor(at + 0.5);
+            if (!(fabs(at - floor(at + 0.5)) <= PDI_BODY_ROUNDING)) return 0;
+            if (!(*known < HUGE_VAL)) *known = x;
+            if (x < *known || x > *known) return 0;
+        }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int32_t s = 0; s <= a->steps; s++) {
+            double *span = a->span + 2 * (d * (a->steps + 1) + s);
+            span[0] = HUGE_VAL;
+            span[1] = -1.0;
+            for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
+                if (!(a->x[k] < HUGE_VAL) || !(a->x[k + s] < HUGE_VAL)) continue;
+                span[0] = fmin(span[0], a->x[k + s] - a->x[k]);
+                span[1] = fmax(span[1], a->x[k + s] - a->x[k]);
+            }
+        }
+    return 1;
+}
+
+/* Is a place so many steps away in the family? It is if it is nearest, and if it is farthest; -1: only one of both. */
+static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k, int64_t *shift)
+{
+    int wide = 2 * a->steps + 1, belongs[2];
+    double xi[2][PD_DIM], reach = pdi_body_reach(body), most = 0.0;
+    *shift = 0;
+    for (int d = 0; d < PD_DIM; d++, k /= wide) {
+        int32_t step = (int32_t)(k % wide) - a->steps, size = step < 0 ? -step : step;
+        const double *span = a->span + 2 * (d * (a->steps + 1) + size);
+        if (span[1] < 0.0) return 0;
+        *shift += (int64_t)step * a->stride[d];
+        xi[0][d] = span[0];
+        xi[1][d] = span[1];
+        most += span[1];
+    }
+    if (!(most > 0.0)) return 0;
+    for (int e = 0; e < 2; e++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) square += xi[e][d] * xi[e][d];
+        belongs[e] = pdi_body_belongs(body, xi[e], square, reach);
+    }
+    return belongs[0] == belongs[1] ? belongs[0] : -1;
+}
+
+/* The family of a whole place, in the order of families, into `to` where that is not NULL; how many. -1: rounding
+ * decides who belongs to it. */
+static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int32_t *to)
+{
+    int64_t all = 1, shift;
+    int32_t found = 0;
+    for (int d = 0; d < PD_DIM; d++) all *= 2 * a->steps + 1;
+    for (int64_t k = 0; k < all; k++) {
+        int belongs = pdi_body_step(body, a, k, &shift);
+        if (belongs < 0) return -1;
+        if (belongs && to) to[found] = (int32_t)shift;
+        found += belongs;
+    }
+    return found;
+}
+
+/* The table. 0: two points are at one place, or families with a weight for each bond are shorter. */
+static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
+    (void)nt;
+    pdi_body_stencil(body, a, body->shift);
+    for (int64_t k = 0; k < body->places; k++) body->member[k] = -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        int64_t place = a->lead;
+        for (int d = 0; d < PD_DIM; d++) {
+            double at = (body->position[(int64_t)i * PD_DIM + d] - a->lo[d]) / body->spacing;
+            place += (int64_t)floor(at + 0.5) * a->stride[d];
+        }
+        if (body->member[place] >= 0) return 0;
+        body->member[place] = i;
+        body->place[i] = (int32_t)place;
+    }
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        const int32_t *at = body->member + body->place[i];
+        int32_t found = 0;
+        for (int32_t k = 0; k < body->kinds; k++) found += at[body->shift[k]] >= 0;
+        body->row[i + 1] = found;
+    }
+    pdi_body_number(body);
+    return body->places + body->count <= 2 * body->bonds;
+}
+
+/* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the
+ * same as the one that cells find: points of one place along an axis have the same coordinate, and who belongs to it
+ * does not hang on the rounding of places. */
+static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
+{
+    pdi_body_axes axes;
+    memset(&axes, 0, sizeof axes);
+    if (!(body->spacing > 0.0) || !pdi_body_box(body, &axes)) return PD_OK;
+    pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
+    int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
+    if (kinds > 0) {
+        body->kinds = kinds;
+        body->lattice = 1;
+        status = pdi_owner_build(ctx, pdi_body_table_list, body);
+        if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
+            pdi_owner_free(ctx, pdi_body_table_list, body);
+            body->lattice = 0;
+        }
+    }
+    pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    return status;
 }
 
 /* Parts of the cells of a lattice. */
@@ -251,27 +451,59 @@ PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const
 
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
 {
-    int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) bonds += !body->broken[b];
+    pd_walk f = pdi_walk_from(body, i);
+    int64_t bonds = f.bonds;
+    for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
+        for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+PDI_FN int pdi_body_whole(const pd_body *body)
 {
-    int64_t b = body->row[j];
-    while (b < body->row[j + 1] - 1 && body->column[b] != i) b++;
-    return b;
+    int64_t bytes = pdi_body_bytes(body), byte = 0;
+    while (byte < bytes && !body->broken[byte]) byte++;
+    return byte == bytes;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
+        if (f.to == i) return f.n;
+    return -1;
+}
+
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
+{
+    uint8_t *bits = body->broken + (pdi_walk_from(body, i).broken - body->broken);
+    bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
+}
+
+int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
+{
+    pd_walk f = pdi_walk_from(body, i);
+    while (pdi_walk_next(&f)) {
+        if (to) to[f.n] = f.to;
+        if (broken) broken[f.n] = (uint8_t)pdi_walk_broken(&f);
+    }
+    return f.bonds;
+}
+
+int pd_body_break(pd_body *body, int32_t i, int32_t j)
+{
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (f.to != j) continue;
+        if (pdi_walk_broken(&f)) return 0;
+        pdi_body_mark(body, i, f.n);
+        pdi_body_mark(body, j, pdi_body_back(body, i, j));
+        return 1;
+    }
+    return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        body->broken[b] = 1;
-        body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-        bonds++;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
     return bonds;
 }
 
@@ -281,11 +513,10 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (int64_t b = body->row[piece[n]]; b < body->row[piece[n] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || body->broken[b]) continue;
-            seen[j] = 1;
-            piece[count++] = j;
+        for (pd_walk f = pdi_walk_from(body, piece[n]); pdi_walk_next(&f);) {
+            if (seen[f.to] || pdi_walk_broken(&f)) continue;
+            seen[f.to] = 1;
+            piece[count++] = f.to;
         }
     return count;
 }
@@ -324,9 +555,13 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     if (body->cells) pdi_body_parts(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
-    pdi_body_divide(body, cells);
-    PDI_TRY(pdi_body_collect(ctx, body, cells));
-    return pdi_body_families(ctx, body, cells);
+    PDI_TRY(pdi_body_lattice(ctx, body));
+    if (!body->lattice) {
+        pdi_body_divide(body, cells);
+        PDI_TRY(pdi_body_collect(ctx, body, cells));
+        PDI_TRY(pdi_body_families(ctx, body, cells));
+    }
+    return pdi_owner_build(ctx, pdi_body_list, body);
 }
 
 pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
@@ -343,6 +578,7 @@ pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
 void pd_body_free(pd_ctx *ctx, pd_body *body)
 {
     pdi_owner_free(ctx, pdi_body_list, body);
+    pdi_owner_free(ctx, pdi_body_table_list, body);
     pdi_owner_free(ctx, pdi_body_row_list, body);
     memset(body, 0, sizeof *body);
 }

@@ -2,8 +2,13 @@
  *
  * Points are those of a lattice or any others. The family of a point is all points within the horizon: |xi| <= horizon,
  * or with `spacing` all whose cells reach into the horizon, where cells at the rim count with the part that lies within
- * it. Families are rows of a sparse matrix; a row is sorted by the places of its points, so what is summed over it
- * does not depend on the order of the points. Search: cell lists, O(count).
+ * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
+ * points. Search: cell lists, O(count).
+ *
+ * Families are read by walks (pd_walk): a list of shifts leads through a table of points. The table of a lattice has an
+ * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
+ * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
+ * broken.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -43,28 +48,81 @@ typedef struct pd_body {
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
-    int64_t *row;      /* [count + 1] begin of each family in column */
-    int32_t *column;   /* [bonds] points */
-    uint8_t *broken;   /* [bonds] 1: the bond is broken; both of its ends say so */
+    int64_t *row;      /* [count + 1] number of the first bond of each family */
+    int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
+    int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
+    int32_t *shift;    /* [kinds] from the entry of a point in member to those of its family */
+    int64_t places;    /* entries of the table */
+    int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
+    int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
+
+/* A walk through the family of a point, from bond to bond. */
+typedef struct pd_walk {
+    const int32_t *at;     /* entry of the point in member */
+    const int32_t *shift;  /* of the body */
+    const uint8_t *broken; /* bits of the family */
+    int64_t first;         /* number of its first bond */
+    int32_t bonds;         /* how many it has */
+    int32_t n;             /* the bond that the walk is at: bond n of the family */
+    int32_t kind;          /* its shift */
+    int32_t to;            /* the point at its other end */
+} pd_walk;
 
 #define pd_body_build PD_NAME(pd_body_build)
 #define pd_body_free PD_NAME(pd_body_free)
+#define pd_body_family PD_NAME(pd_body_family)
+#define pd_body_break PD_NAME(pd_body_break)
 
 /* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
  * PD_ERR_GEOMETRY: two points at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
+/* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
+ * [row[i + 1] - row[i]], or NULL. Returns how many there are. */
+PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
+/* Break the bond of two points, at both ends. 1: it was intact; 0: it was broken, or there is none. */
+PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
-/* The other end of a bond less point i [m]. */
-static inline void pdi_body_bond(const pd_body *body, int32_t i, int64_t bond, double *xi)
+/* A walk that stands before the first bond of point i:
+ *
+ *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
+ */
+static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
+{
+    pd_walk f;
+    f.first = body->row[i];
+    f.bonds = (int32_t)(body->row[i + 1] - f.first);
+    f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
+    f.shift = body->shift;
+    f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
+    f.n = f.kind = f.to = -1;
+    return f;
+}
+/* On to the next bond. 0: there is none. */
+static inline int pdi_walk_next(pd_walk *f)
+{
+    if (++f->n == f->bonds) return 0;
+    do f->to = f->at[f->shift[++f->kind]];
+    while (f->to < 0);
+    return 1;
+}
+/* The number of the bond. */
+static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; }
+/* 1: it is broken. */
+static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+
+/* Point j less point i [m]. */
+static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
-    const double *to = body->position + (int64_t)body->column[bond] * PD_DIM;
+    const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
 /* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
@@ -85,8 +143,15 @@ static inline double pdi_body_strain(const double *xi, const double *eta, double
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 /* Break all bonds of point i, at both ends. How many. */
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
-/* The bond of point j that leads to point i. */
-PDI_FN int64_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
+PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
+/* Which bond of point j leads to point i; -1: none. */
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+/* 1: no bond is broken. */
+PDI_FN int pdi_body_whole(const pd_body *body);
+/* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
+ * first place, too. */
+PDI_FN double pdi_body_places(const double *n, double steps);
 /* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is

@@ -87,8 +87,8 @@ static int pdi_crack_near(const pdi_crack *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double other = c->q[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double other = c->q[f.to];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
     return 0;
@@ -100,11 +100,11 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int64_t j = f.to;
         double xi[PD_DIM];
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
@@ -170,13 +170,12 @@ static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
     double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[j];
-        if (body->broken[b] || !(fabs(step) > 0.0)) continue;
-        c->solid->pull(c->solid->self, u, i, b, pull);
-        pdi_crack_along(c, j, along);
-        sum -= body->volume[j] * step * pdi_vec_dot(pull, along);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
+        if (pdi_walk_broken(&f) || !(fabs(step) > 0.0)) continue;
+        c->solid->pull(c->solid->self, u, i, &f, pull);
+        pdi_crack_along(c, f.to, along);
+        sum -= body->volume[f.to] * step * pdi_vec_dot(pull, along);
     }
     return sum;
 }
@@ -297,11 +296,10 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (int64_t b = body->row[next[k]]; b < body->row[next[k] + 1]; b++) {
-            int32_t j = body->column[b];
-            if (seen[j] || !(left[j] > 0.0) || !pdi_crack_lost(body, j, PDI_CRACK_SHARE)) continue;
-            seen[j] = 1;
-            next[known++] = j;
+        for (pd_walk f = pdi_walk_from(body, next[k]); pdi_walk_next(&f);) {
+            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_lost(body, f.to, PDI_CRACK_SHARE)) continue;
+            seen[f.to] = 1;
+            next[known++] = f.to;
         }
     if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
     PDI_DELETE(ctx, body->count, next);

@@ -74,43 +74,44 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
-/* Bond b of point i [m], and by how much its ends move apart [m]. */
-static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int64_t b, double *xi, double *eta)
+/* The bond from point i to j [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int32_t j, double *xi, double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)c->solid.body->column[b] * PD_DIM;
-    pdi_body_bond(c->solid.body, i, b, xi);
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
+    pdi_body_bond(c->solid.body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
-/* Measure of bond b of point i; 0: it does not break. */
-static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* Measure of a bond of point i; 0: it does not break. */
+static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
     const pd_body *body = c->solid.body;
-    int32_t j = body->column[b];
+    int32_t j = f->to;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    if (body->broken[b] || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (pdi_walk_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
     if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
-    pdi_criterion_bond(c, u, i, b, xi, eta);
+    pdi_criterion_bond(c, u, i, j, xi, eta);
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
-    return (c->energy[b] + c->energy[pdi_body_back(body, i, j)]) / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_body_back(body, i, j)];
+    return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
-/* One over the factor on u at which bond b of point i breaks; 0: at none. */
-static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, int64_t b)
+/* One over the factor on u at which a bond of point i breaks; 0: at none. */
+static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
-    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, b);
+    double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, f);
     if (!(measure > 0.0)) return 0.0;
     if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
     if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
-    pdi_criterion_bond(c, u, i, b, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    pdi_criterion_bond(c, u, i, f->to, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
     return along > 0.0 ? (along + root) / gap : square / (root - along);
 }
 
-typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, int64_t b);
+typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f);
 
 /* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
  * its ends see the same. Returns the most of all. */
@@ -129,8 +130,8 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++)
-            if (body->column[b] > i) c->most[i] = fmax(c->most[i], measure(c, u, i, b));
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
     return most;
@@ -150,10 +151,10 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     const pd_body *body = c->solid.body;
     double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (body->broken[b]) continue;
-        pdi_criterion_bond(c, u, i, b, xi, eta);
-        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (pdi_walk_broken(&f)) continue;
+        pdi_criterion_bond(c, u, i, f.to, xi, eta);
+        double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
             moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
@@ -176,9 +177,9 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     int64_t intact = pdi_body_intact(body, i);
     if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
     if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        if (!body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        if (!pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
@@ -203,12 +204,9 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     if (!(most > c->critical)) return 0;
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && c->most[i] >= from; b++) {
-            if (body->broken[b] || (c->desc.spared && c->desc.spared[body->column[b]])) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, body->column[b])] = 1;
-            broken++;
-        }
+        if (!(c->most[i] >= from)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -224,13 +222,8 @@ int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, 
     double from = pdi_criterion_from(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (j < i || !(pdi_criterion_measure(c, u, i, b) >= from)) continue;
-            body->broken[b] = 1;
-            body->broken[pdi_body_back(body, i, j)] = 1;
-            broken++;
-        }
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            if (f.to > i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pd_body_break(body, i, f.to);
     }
     return broken;
 }
@@ -243,10 +236,11 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     double most = c->critical > 0.0 ? pdi_criterion_look(ctx, c, u, pdi_criterion_haste) : 0.0;
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
-    for (int64_t b = body->row[first->from]; first->bond < 0; b++)
-        if (body->column[b] > first->from && pdi_criterion_haste(c, u, first->from, b) >= most) first->bond = b;
-    first->to = body->column[first->bond];
-    first->measure = pdi_criterion_measure(c, u, first->from, first->bond);
+    pd_walk f = pdi_walk_from(body, first->from);
+    while (pdi_walk_next(&f) && !(f.to > first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
+    first->bond = pdi_walk_bond(&f);
+    first->to = f.to;
+    first->measure = pdi_criterion_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
     for (int d = 0; d < PD_DIM; d++)
         first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +

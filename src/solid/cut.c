@@ -202,13 +202,13 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
         if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
     double own = pdi_cut_height(p, x);
     if (fabs(own) > pdi_cut_reach(body)) return 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        const double *y = body->position + (int64_t)body->column[b] * PD_DIM;
-        if (body->broken[b]) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        const double *y = body->position + (int64_t)f.to * PD_DIM;
+        if (pdi_walk_broken(&f)) continue;
         double other = pdi_cut_height(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
-        body->broken[b] = 1;
+        pdi_body_mark(body, i, f.n);
         found++;
     }
     return found;
@@ -254,10 +254,10 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[body->column[b]];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[f.to];
             all += volume;
-            lost += body->broken[b] ? volume : 0.0;
+            lost += pdi_walk_broken(&f) ? volume : 0.0;
         }
         damage[i] = all > 0.0 ? lost / all : 0.0;
     }

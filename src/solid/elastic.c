@@ -18,14 +18,15 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
     return sum;
 }
 
-/* Bond b of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
-static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, int64_t b, double *xi, double *over, double *weight)
+/* A bond of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
+                                   double *weight)
 {
-    *weight = (double)e->weight[b];
+    *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
-    pdi_body_bond(e->body, i, b, xi);
+    pdi_body_bond(e->body, i, f->to, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
-    *weight *= e->body->volume[e->body->column[b]];
+    *weight *= e->body->volume[f->to];
     return 1;
 }
 
@@ -85,22 +86,11 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
 {
     pd_elastic *elastic = (pd_elastic *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
-    PDI_ARRAY(owner, elastic, weight, elastic->body ? elastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_ELASTIC_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, elastic, mean, count * PDI_ELASTIC_TENSOR, "1");
     PDI_ARRAY(owner, elastic, fourth, count * PDI_ELASTIC_FOURTH, "1");
     PDI_ARRAY(owner, elastic, total, count, "m^d");
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
-}
-
-/* Weights of the bonds of point i. Both ends of a bond get the same number. */
-static void pdi_elastic_weights(const pd_elastic *e, int32_t i)
-{
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        pdi_body_bond(e->body, i, b, xi);
-        e->weight[b] = e->body->broken[b] ? 0.0f : (float)pdi_body_weight(e->body, e->desc.influence, xi);
-    }
 }
 
 /* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
@@ -135,9 +125,9 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     double *fourth = e->fourth + (int64_t)i * PDI_ELASTIC_FOURTH;
     for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_ELASTIC_FOURTH; p++) fourth[p] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double over, weight;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
         total += weight;
         pdi_elastic_fourth(xi, over, weight, fourth);
         for (int p = 0; p < PD_DIM; p++)
@@ -189,7 +179,7 @@ static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
-/* Weights and tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+/* Tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
 static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
@@ -197,10 +187,8 @@ static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
     int nt = pdi_par_threads(ctx, body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        pdi_elastic_weights(e, i);
+    for (int32_t i = 0; i < body->count; i++)
         if (!pdi_elastic_family(e, i)) e->total[i] = 0.0;
-    }
     for (int32_t i = body->count - 1; i >= 0; i--)
         if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_intact(body, i))) flat = i;
     return flat;
@@ -248,7 +236,9 @@ static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_d
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_owner_build(ctx, pdi_elastic_list, e));
     PDI_TRY(pdi_owner_build(ctx, pdi_plastic_list, &e->plastic));
-    PDI_TRY(pdi_band_build(ctx, body, e->weight, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &e->weights, desc->influence));
+    PDI_TRY(pdi_band_build(ctx, body, &e->weights, e->plastic.count > 0 ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, &e->band));
     return pd_elastic_update(ctx, e);
 }
 
@@ -262,6 +252,7 @@ pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *de
 void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 {
     pdi_band_free(ctx, &e->band);
+    pdi_bond_weights_free(ctx, &e->weights);
     pdi_owner_free(ctx, pdi_plastic_list, &e->plastic);
     pdi_owner_free(ctx, pdi_elastic_list, e);
     memset(e, 0, sizeof *e);
@@ -269,10 +260,10 @@ void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 
 /* ---- forces ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_elastic_eta(const pd_elastic *e, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_elastic_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)e->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -376,17 +367,17 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
 static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
-    for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
         double over, weight, density = 0.0;
-        if (each) each[b] = 0.0;
-        if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-        pdi_elastic_eta(e, u, i, b, eta);
+        if (each) each[pdi_walk_bond(&f)] = 0.0;
+        if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+        pdi_elastic_eta(u, i, f.to, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[b] = (double)e->weight[b] * density;
+        if (each) each[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }
@@ -478,12 +469,11 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_ELASTIC_TENSOR, xi[PD_DIM];
         for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
-                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, j) / e->total[j]);
+                           (pdi_elastic_stiff(e, i) / e->total[i] + pdi_elastic_stiff(e, f.to) / e->total[f.to]);
             for (int p = 0; p < PDI_ELASTIC_TENSOR; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
@@ -503,8 +493,9 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_elastic_stiff(e, i);
-        for (int64_t b = body->row[i]; b < body->row[i + 1] && e->desc.stiff && e->total[i] > 0.0; b++)
-            sum += (double)e->weight[b] * body->volume[body->column[b]] * (pdi_elastic_stiff(e, body->column[b]) - own);
+        for (pd_walk f = pdi_walk_from(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_walk_next(&f);)
+            sum += pdi_bond_weights_intact(&e->weights, i, &f) * body->volume[f.to] *
+                   (pdi_elastic_stiff(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;
@@ -627,13 +618,12 @@ static double pdi_elastic_solid_limit(const void *self, double density)
     double most = 0.0, modulus = 2.0 * e->mu + fmax(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_elastic_trace(e->shape + (int64_t)i * PDI_ELASTIC_TENSOR);
-        for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) {
+        for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
             double over, weight;
-            if (!pdi_elastic_bond(e, i, b, xi, &over, &weight)) continue;
-            int32_t j = e->body->column[b];
-            double other = pdi_elastic_trace(e->shape + (int64_t)j * PDI_ELASTIC_TENSOR);
+            if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
+            double other = pdi_elastic_trace(e->shape + (int64_t)f.to * PDI_ELASTIC_TENSOR);
             sum += weight * (pdi_elastic_stiff(e, i) * (over / e->total[i] + own) +
-                             pdi_elastic_stiff(e, j) * (over / e->total[j] + other));
+                             pdi_elastic_stiff(e, f.to) * (over / e->total[f.to] + other));
         }
         most = fmax(most, sum * modulus);
     }

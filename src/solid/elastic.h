@@ -36,7 +36,7 @@ typedef struct pd_elastic {
     pd_elastic_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */

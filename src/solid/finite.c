@@ -14,19 +14,20 @@
 typedef struct pdi_finite_bond {
     double xi[PD_DIM]; /* [m] */
     double over;       /* [1/m2] 1/r^2 */
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
 } pdi_finite_bond;
 
 static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
 
-/* Bond b of point i. 0: it is broken. */
-static inline int pdi_finite_open(const pd_finite *f, int32_t i, int64_t b, pdi_finite_bond *bond)
+/* A bond of point i. 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
 {
-    bond->weight = (double)f->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    pdi_body_bond(f->body, i, b, bond->xi);
+    bond->share = pdi_bond_weights_intact(&f->weights, i, b);
+    if (!(bond->share > 0.0)) return 0;
+    pdi_body_bond(f->body, i, b->to, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
-    bond->weight *= f->body->volume[f->body->column[b]];
+    bond->weight = bond->share * f->body->volume[b->to];
     return 1;
 }
 
@@ -54,7 +55,6 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     pd_finite *finite = (pd_finite *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_own(finite) ? bonds : count;
-    PDI_ARRAY(owner, finite, weight, bonds, "1");
     PDI_ARRAY(owner, finite, back, bonds, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
     PDI_ARRAY(owner, finite, total, count, "m^d");
@@ -69,17 +69,16 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
-/* Weights of the bonds of point i, and where they stand in the families of their other ends. */
-static void pdi_finite_bonds(const pd_finite *f, int32_t i)
+/* Where bonds stand in the families of their other ends. */
+static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
 {
     const pd_body *body = f->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        int32_t j = body->column[b];
-        f->back[b] = (int32_t)(pdi_body_back(body, i, j) - body->row[j]);
-        pdi_body_bond(body, i, b, xi);
-        f->weight[b] = body->broken[b] ? 0.0f : (float)pdi_body_weight(body, f->desc.influence, xi);
-    }
+    int nt = pdi_par_threads(ctx, body->bonds * 60);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
+            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
@@ -89,8 +88,8 @@ static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
     double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         total += bond.weight;
         for (int p = 0; p < PDI_TENSOR; p++) {
             double square = bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -112,16 +111,15 @@ static void pdi_finite_shares(const pd_finite *f, int32_t i)
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_bond bond;
     pdi_finite_family(f, i, mean);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
-        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, b, &bond);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
+        int open = f->total[i] > 0.0 && pdi_finite_open(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!open) continue;
         pdi_tensor_times(shape, bond.xi, at);
         pdi_tensor_times(mean, at, back);
         for (int d = 0; d < PD_DIM; d++)
-            pull[d] = (double)f->weight[b] * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d]
-                                                                : at[d]);
+            pull[d] = bond.share * (pdi_finite_own(f) ? bond.xi[d] * bond.over / f->total[i] + at[d] - back[d] : at[d]);
     }
 }
 
@@ -130,10 +128,10 @@ static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
 {
     const pd_body *body = f->body;
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        const double *own = f->pull + b * PD_DIM, *other = f->pull + (body->row[j] + f->back[b]) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[j] * (own[d] - other[d]);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        int64_t k = pdi_walk_bond(&b);
+        const double *own = f->pull + k * PD_DIM, *other = f->pull + (body->row[b.to] + f->back[k]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.to] * (own[d] - other[d]);
     }
 }
 
@@ -145,17 +143,14 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, double 
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Weights, tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
+/* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
  * none. */
 static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < f->body->count; i++) {
-        pdi_finite_bonds(f, i);
-        pdi_finite_shares(f, i);
-    }
+    for (int32_t i = 0; i < f->body->count; i++) pdi_finite_shares(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
         if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_intact(f->body, i))) return i;
     return -1;
@@ -210,6 +205,9 @@ static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_des
     f->mu = moduli.mu;
     f->spring = pdi_finite_spring(f);
     PDI_TRY(pdi_owner_build(ctx, pdi_finite_list, f));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
+    PDI_TRY(pdi_bond_weights_plain(ctx, &f->weights, desc->influence));
+    pdi_finite_backs(ctx, f);
     return pdi_finite_update(ctx, f);
 }
 
@@ -222,16 +220,17 @@ pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc
 
 void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 {
+    pdi_bond_weights_free(ctx, &f->weights);
     pdi_owner_free(ctx, pdi_finite_list, f);
     memset(f, 0, sizeof *f);
 }
 
 /* ---- gradients ---- */
 
-/* Displacement of the other end of bond b less that of point i [m]. */
-static inline void pdi_finite_eta(const pd_finite *f, const double *u, int32_t i, int64_t b, double *eta)
+/* Displacement of point j less that of point i [m]. */
+static inline void pdi_finite_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
-    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)f->body->column[b] * PD_DIM;
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
@@ -240,30 +239,30 @@ static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, 
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
     pdi_finite_bond bond;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_eta(f, u, i, b, eta);
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_eta(u, i, b.to, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
     }
     pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
 }
 
-/* What bond b of point i does otherwise than h: z = eta - h xi [m]. */
-static inline void pdi_finite_stray(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
-                                    const pdi_finite_bond *bond, double *z)
+/* What the bond from point i to j does otherwise than h: z = eta - h xi [m]. */
+static inline void pdi_finite_stray(const double *u, const double *h, int32_t i, int32_t j, const pdi_finite_bond *bond,
+                                    double *z)
 {
     double along[PD_DIM];
-    pdi_finite_eta(f, u, i, b, z);
+    pdi_finite_eta(u, i, j, z);
     pdi_tensor_times(h, bond->xi, along);
     for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
 }
 
 /* The gradient of that bond alone: h + z xi^T/r^2. */
-static inline void pdi_finite_bond_gradient(const pd_finite *f, const double *u, const double *h, int32_t i, int64_t b,
+static inline void pdi_finite_bond_gradient(const double *u, const double *h, int32_t i, int32_t j,
                                             const pdi_finite_bond *bond, double *own)
 {
     double z[PD_DIM];
-    pdi_finite_stray(f, u, h, i, b, bond, z);
+    pdi_finite_stray(u, h, i, j, bond, z);
     for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
 }
 
@@ -304,16 +303,16 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
     double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_stiff(f, i), along[PD_DIM];
     pdi_finite_bond bond;
     if (du) pdi_finite_gradient(f, du, i, dh);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
-        pdi_finite_bond_gradient(f, f->u, h, i, b, &bond, part);
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        pdi_finite_bond_gradient(f->u, h, i, b.to, &bond, part);
         pdi_finite_add_one(part, full);
         if (du) {
-            pdi_finite_bond_gradient(f, du, dh, i, b, &bond, change);
-            pdi_finite_site(f, m, b, full, change, p);
-        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, b), p)) {
+            pdi_finite_bond_gradient(du, dh, i, b.to, &bond, change);
+            pdi_finite_site(f, m, pdi_walk_bond(&b), full, change, p);
+        } else if (!pdi_finite_law_stress(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), p)) {
             return 0;
         }
         pdi_tensor_times(p, bond.xi, along);
@@ -323,11 +322,11 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over);
     }
     pdi_tensor_product(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         pdi_tensor_times(part, bond.xi, along);
-        for (int d = 0; d < PD_DIM; d++)
-            f->pull[b * PD_DIM + d] = stiffness * (double)f->weight[b] * (f->pull[b * PD_DIM + d] + along[d]);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = stiffness * bond.share * (pull[d] + along[d]);
     }
     return 1;
 }
@@ -346,12 +345,13 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
         return 0;
     }
     pdi_tensor_product(p, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        double *pull = f->pull + b * PD_DIM, share = pdi_finite_stiff(f, i) * (double)f->weight[b];
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        double *pull = f->pull + pdi_walk_bond(&b) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
+        double share = pdi_finite_stiff(f, i) * bond.share;
         pdi_tensor_times(part, bond.xi, along);
-        pdi_finite_stray(f, u, du ? dh : h, i, b, &bond, z);
+        pdi_finite_stray(u, du ? dh : h, i, b.to, &bond, z);
         for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
     }
     return 1;
@@ -417,10 +417,10 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            double there = pdi_finite_stiff(f, j), w = (double)f->weight[b];
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            int32_t j = b.to;
+            double there = pdi_finite_stiff(f, j);
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             double volumes = body->volume[i] * bond.weight;
             if (pdi_finite_own(f)) {
                 double share = here / f->total[i] + there / f->total[j];
@@ -429,7 +429,7 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
             }
             for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
             pdi_tensor_times(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
-            pdi_finite_add_block(f, there * w * body->volume[i] * volumes, at, a);
+            pdi_finite_add_block(f, there * bond.share * body->volume[i] * volumes, at, a);
             for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
         }
         pdi_tensor_times(f->shape + (int64_t)i * PDI_TENSOR, all, at);
@@ -445,14 +445,15 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             pdi_finite_add_one(part, full);
-            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, b), 0) / f->total[i];
+            sum += bond.weight * pdi_finite_law_energy(m, full, pdi_finite_state(f, pdi_walk_bond(&b)), 0) /
+                   f->total[i];
         } else {
-            pdi_finite_stray(f, u, h, i, b, &bond, z);
+            pdi_finite_stray(u, h, i, b.to, &bond, z);
             sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
         }
     }
@@ -484,12 +485,12 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
     double single = 1.0, normal, all = 0.0;
     pdi_finite_bond bond;
     pdi_finite_gradient(f, u, i, h);
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1]; b++) {
-        int64_t site = pdi_finite_own(f) ? b : i;
-        if (!pdi_finite_open(f, i, b, &bond)) continue;
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_walk_next(&b);) {
+        int64_t site = pdi_finite_own(f) ? pdi_walk_bond(&b) : i;
+        if (!pdi_finite_open(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
         if (pdi_finite_own(f)) {
-            pdi_finite_bond_gradient(f, u, h, i, b, &bond, part);
+            pdi_finite_bond_gradient(u, h, i, b.to, &bond, part);
             single = bond.weight / f->total[i];
         }
         pdi_finite_add_one(part, full);
@@ -575,9 +576,9 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
         pdi_finite_bond bond;
         double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_own(f) ? pdi_finite_state(f, i) : NULL;
         strain[i] = state ? state[PDI_FINITE_STATE - 1] : 0.0;
-        for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f) && f->state; b++)
-            if (pdi_finite_open(f, i, b, &bond))
-                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, b)[PDI_FINITE_STATE - 1];
+        for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && f->state && pdi_walk_next(&b);)
+            if (pdi_finite_open(f, i, &b, &bond))
+                strain[i] += bond.weight / f->total[i] * pdi_finite_state(f, pdi_walk_bond(&b))[PDI_FINITE_STATE - 1];
     }
 }
 
@@ -595,8 +596,8 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
     pdi_finite_bond bond;
     if (!(f->total[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
-    for (int64_t b = f->body->row[i]; b < f->body->row[i + 1] && pdi_finite_own(f); b++)
-        if (pdi_finite_open(f, i, b, &bond))
+    for (pd_walk b = pdi_walk_from(f->body, i); pdi_finite_own(f) && pdi_walk_next(&b);)
+        if (pdi_finite_open(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.over;
     pdi_tensor_product(across, shape, power);
@@ -621,10 +622,10 @@ static double pdi_finite_limit(const void *self, double density)
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_bond bond;
         double sum = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_finite_open(f, i, b, &bond)) continue;
+        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+            if (!pdi_finite_open(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
-                int32_t k = end ? body->column[b] : i;
+                int32_t k = end ? b.to : i;
                 double size = pdi_finite_own(f) ? f->work[k] + modulus * bond.over / f->total[k]
                                                 : fmax(f->work[k], f->spring);
                 sum += bond.weight * pdi_finite_stiff(f, k) * size;

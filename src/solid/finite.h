@@ -14,6 +14,7 @@
 #define PD_FINITE_H
 #include "solid/finite_law.h"
 #include "solid/solid.h"
+#include "solid/bond_weights.h"
 
 typedef enum pd_finite_control {
     PD_FINITE_BOND_GRADIENT = 0, /* each bond has its own gradient */
@@ -38,7 +39,7 @@ typedef struct pd_finite {
     pd_body *body;
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
-    float *weight;     /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     int32_t *back;     /* [bonds] place of the same bond in the family of its other end */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *total;     /* [count] [m^d] sum w V_j */

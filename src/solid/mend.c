@@ -91,12 +91,12 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
     const double *own = share + (int64_t)i * all;
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_mend_cost(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], f[all], slope;
-        int32_t j = body->column[b];
-        pdi_springs_bond(o->springs, i, b, xi);
-        double part = (double)o->springs->weight[b] * body->volume[j] * pdi_mend_moments(o, xi, f) / o->axis;
-        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)j * all, f, -1.0);
+    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        double xi[PD_DIM], f[all], slope, weight;
+        pdi_springs_bond(o->springs, i, b.to, xi);
+        weight = (double)pdi_bond_weights_of(o->springs->weights, i, &b) * body->volume[b.to];
+        double part = weight * pdi_mend_moments(o, xi, f) / o->axis;
+        double z = pdi_mend_power(own, f, 1.0) + pdi_mend_power(share + (int64_t)b.to * all, f, -1.0);
         double factor = part * pdi_mend_exp(z, &slope);
         slope *= part;
         for (int k = 0; k < all; k++) gap[k] -= pdi_mend_round(factor * f[k], PDI_MEND_GRID);

@@ -67,7 +67,6 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
         PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
-    PDI_ARRAY(owner, microelastic, weight, microelastic->body ? microelastic->body->bonds : 0, "1");
     PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_VALUE(owner, microelastic, released, "J");
 }
@@ -92,45 +91,72 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
 
 /* ---- weights ---- */
 
-/* Weights of the bonds of point i, of a whole family; part [PD_DIM]: what it has along each axis, or of volume. */
-static void pdi_microelastic_family(const pd_microelastic *m, int32_t i, double *part)
+/* What weights are made of. */
+typedef struct pdi_microelastic_making {
+    const pd_microelastic *m;
+    pdi_microelastic_sums whole;
+    pdi_mend mend;
+    const double *part; /* [count][PD_DIM] what families have along each axis, or of volume; NULL: no such factors */
+} pdi_microelastic_making;
+
+/* Weight of the bond xi of a whole family. */
+static double pdi_microelastic_plain(const pd_microelastic *m, const double *xi)
+{
+    double weight = 1.0 + m->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    return weight * pdi_body_weight(m->body, m->desc.influence, xi);
+}
+
+static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pd_microelastic *m = (const pd_microelastic *)self;
+    double xi[PD_DIM];
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    return pdi_microelastic_plain(m, xi);
+}
+
+/* The same with its factor, by the parts or the shares of both ends. */
+static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_microelastic_making *o = (const pdi_microelastic_making *)self;
+    const pd_microelastic *m = o->m;
+    int64_t j = bond->to, k = i;
+    double xi[PD_DIM], factor = 1.0;
+    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    if (m->share)
+        factor = pdi_mend_factor(&o->mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
+    else if (o->part && m->desc.surface == PD_MICROELASTIC_VOLUME)
+        factor = 2.0 * o->whole.volume / (o->part[k * PD_DIM] + o->part[j * PD_DIM]);
+    else if (o->part) factor = pdi_weigh_factor(o->part + k * PD_DIM, o->part + j * PD_DIM, xi, o->whole.axis);
+    return (double)(float)pdi_microelastic_plain(m, xi) * factor;
+}
+
+/* What the family of point i has along each axis, or of volume, as a whole one counts. */
+static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
     pdi_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_springs_bond(&m->springs, i, b, xi);
-        double square = pdi_vec_dot(xi, xi), weight = 1.0 + m->shear * pdi_weigh_cubic(xi, square);
-        weight *= pdi_body_weight(body, m->desc.influence, xi);
-        m->weight[b] = (float)weight;
-        if (!part) continue;
-        double share = weight * volume / (square * sqrt(square));
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_springs_bond(&m->springs, i, f.to, xi);
+        double square = pdi_vec_dot(xi, xi);
+        double share = pdi_microelastic_plain(m, xi) * volume / (square * sqrt(square));
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int a = 0; a < PD_DIM; a++)
             pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
                                                                            : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
-    for (int a = 0; a < PD_DIM && part; a++) part[a] = pdi_sum_total(&sum[a]);
+    for (int a = 0; a < PD_DIM; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* Their factors, by the parts or the shares of both ends. Returns a bound of sum w/r n n V: its largest row sum. */
-static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *mend, const pdi_microelastic_sums *whole,
-                                    const double *part, int32_t i)
+/* A bound of sum w/r n n V of a family: its largest row sum. */
+static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
 {
-    const pd_body *body = m->body;
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int64_t j = body->column[b], k = i;
-        double xi[PD_DIM], factor = 1.0;
-        pdi_springs_bond(&m->springs, i, b, xi);
-        if (m->share)
-            factor = pdi_mend_factor(mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
-        else if (m->desc.surface == PD_MICROELASTIC_VOLUME)
-            factor = 2.0 * whole->volume / (part[k * PD_DIM] + part[j * PD_DIM]);
-        else if (part) factor = pdi_weigh_factor(part + k * PD_DIM, part + j * PD_DIM, xi, whole->axis);
-        m->weight[b] = (float)((double)m->weight[b] * factor);
-        double square = pdi_vec_dot(xi, xi), over = (double)m->weight[b] * body->volume[j] / (square * sqrt(square));
+    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], weight = (double)pdi_bond_weights_of(&m->weights, i, &f);
+        pdi_springs_bond(&m->springs, i, f.to, xi);
+        double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -142,34 +168,33 @@ static double pdi_microelastic_mend(const pd_microelastic *m, const pdi_mend *me
 }
 
 /* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (theory: 8.2). first: shares are not known. */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, int first)
+ * make up for it (theory: 8.2). work [count][PD_DIM]. */
+static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
     int nt = pdi_par_threads(ctx, body->bonds * 50);
-    int64_t count = body->count, room = count * (PD_DIM + 1); /* parts, and a bound of each family */
-    pdi_microelastic_sums whole;
-    pdi_mend mend;
-    double *part = NULL;
+    pdi_microelastic_making make;
     (void)nt;
-    PDI_TRY(PDI_NEW(ctx, "microelastic", room, part));
-    pdi_microelastic_sum(m, 0, NULL, &whole);
-    mend.springs = &m->springs;
-    mend.axis = whole.axis;
-    mend.length = sqrt(whole.stretch / whole.over);
-    int sums = !m->share && m->desc.surface != PD_MICROELASTIC_NONE;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++)
-        pdi_microelastic_family(m, i, sums ? part + (int64_t)i * PD_DIM : NULL);
-    pd_status status = m->share && first ? pdi_mend_find(ctx, &mend, m->share) : PD_OK;
-    if (status == PD_OK) {
+    memset(&make, 0, sizeof make);
+    make.m = m;
+    pdi_microelastic_sum(m, 0, NULL, &make.whole);
+    make.mend.springs = &m->springs;
+    make.mend.axis = make.whole.axis;
+    make.mend.length = sqrt(make.whole.stretch / make.whole.over);
+    if (m->share) {
+        PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_whole, m));
+        PDI_TRY(pdi_mend_find(ctx, &make.mend, m->share));
+    } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
+        make.part = work;
         PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < body->count; i++)
-            part[count * PD_DIM + i] = pdi_microelastic_mend(m, &mend, &whole, sums ? part : NULL, i);
-        m->stiffest = PD_DIM > 1 ? (double)(float)pdi_par_max_abs(ctx, count, part + count * PD_DIM) : 0.0;
+        for (int32_t i = 0; i < body->count; i++) pdi_microelastic_part(m, i, work + (int64_t)i * PD_DIM);
     }
-    PDI_DELETE(ctx, room, part);
-    return status == PD_OK ? pdi_springs_find(ctx, &m->springs) : status;
+    PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_mended, &make));
+    if (PD_DIM == 1) return PD_OK;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_bound(m, i);
+    m->stiffest = (double)(float)pdi_par_max_abs(ctx, body->count, work);
+    return PD_OK;
 }
 
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
@@ -187,9 +212,12 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
     m->desc = *desc;
     m->body = body;
     PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
-    PDI_TRY(pdi_springs_build(ctx, body, m->weight, &m->springs));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
+    PDI_TRY(pdi_springs_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    return pdi_microelastic_weigh(ctx, m, 1);
+    PDI_TRY(pdi_microelastic_weigh(ctx, m, m->at));
+    pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->at);
+    return pdi_springs_find(ctx, &m->springs);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
@@ -202,17 +230,18 @@ pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelasti
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
     pdi_springs_free(ctx, &m->springs);
+    pdi_bond_weights_free(ctx, &m->weights);
     pdi_owner_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of bond b of point i, Y, r and |Y| [m]. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int64_t b, double *y,
+/* Stretch of the bond from point i to j, Y, r and |Y| [m]. */
+static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
                                               double *r, double *length)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
     double xi[PD_DIM], eta[PD_DIM];
-    pdi_body_bond(body, i, b, xi);
+    pdi_body_bond(body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     return pdi_body_strain(xi, eta, y, r, length);
 }
@@ -243,10 +272,10 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)m->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&m->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, u, i, b, y, &r, &length);
+        double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -272,14 +301,14 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Stiffness of bond b of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+/* Stiffness of a bond of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
  * broken. */
-static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, int64_t b, double *n,
+static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
                                   double *along, double *across)
 {
-    double r, length, weight = m->modulus * (double)m->weight[b];
+    double r, length, weight = m->modulus * pdi_bond_weights_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_stretch(m->body, u, i, b, n, &r, &length);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *along = weight / r;
     *across = weight * s / length;
@@ -295,10 +324,10 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)body->column[b] * PD_DIM;
-            double volume = body->volume[body->column[b]], longer = 0.0;
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
+            double volume = body->volume[f.to], longer = 0.0;
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -318,9 +347,9 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            double volume = body->volume[i] * body->volume[body->column[b]];
-            if (!pdi_microelastic_stiff(m, m->at, i, b, n, &along, &across)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            double volume = body->volume[i] * body->volume[f.to];
+            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
             across = fmax(across, PDI_MICROELASTIC_ACROSS * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
@@ -345,11 +374,11 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
 }
 
 /* Half of what the bond puts on point i. */
-static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, int64_t b, double *pull)
+static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = (double)m->weight[b];
-    double s = pdi_microelastic_stretch(m->body, u, i, b, pull, &r, &length);
+    double r, length, weight = pdi_bond_weights_intact(&m->weights, i, f);
+    double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
@@ -362,7 +391,7 @@ static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const 
 
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
-    return pdi_microelastic_weigh(ctx, (pd_microelastic *)self, 0);
+    return pdi_springs_find(ctx, &((pd_microelastic *)self)->springs);
 }
 
 static double pdi_microelastic_solid_limit(const void *self, double density)
@@ -375,7 +404,7 @@ static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archiv
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_microelastic_weigh(ctx, m, 0) : PD_OK;
+    return archive->reading ? pdi_springs_find(ctx, &m->springs) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)

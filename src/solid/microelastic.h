@@ -39,7 +39,7 @@ typedef struct pd_microelastic {
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
     double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */

@@ -11,8 +11,9 @@
 /* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
 
-/* Bond b of a point as it is now. */
+/* A bond of a point as it is now. */
 typedef struct pdi_ordinary_bond {
+    double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
     double r, length;  /* [m] as it began, and now; r where displacements are small */
     double extension;  /* [m] length - r, with the digits of the displacements */
@@ -22,15 +23,15 @@ typedef struct pdi_ordinary_bond {
 } pdi_ordinary_bond;
 
 /* How the bond xi + eta is: 0: it is broken. */
-static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, int64_t b,
+static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, const pd_walk *f,
                                     pdi_ordinary_bond *bond)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)o->body->column[b] * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
-    bond->weight = (double)o->weight[b];
-    if (!(bond->weight > 0.0)) return 0;
-    bond->weight *= o->body->volume[o->body->column[b]];
-    pdi_body_bond(o->body, i, b, bond->xi);
+    bond->share = pdi_bond_weights_intact(&o->weights, i, f);
+    if (!(bond->share > 0.0)) return 0;
+    bond->weight = bond->share * o->body->volume[f->to];
+    pdi_body_bond(o->body, i, f->to, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -51,22 +52,23 @@ static int pdi_ordinary_by_strain(const pd_ordinary *o)
 }
 
 /* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
-static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o, pdi_weigh *weigh)
+static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 {
     int strain = pdi_ordinary_by_strain(o);
-    memset(weigh, 0, sizeof *weigh);
-    weigh->body = o->body;
-    weigh->influence = o->desc.influence;
-    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh->way = PDI_WEIGH_ENERGY;
-    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh->way = PDI_WEIGH_VOLUME;
-    PDI_TRY(pdi_weigh_calibrate(ctx, weigh, !strain && !o->desc.plain));
-    const pdi_weigh_sums *whole = &weigh->whole;
-    o->shear = weigh->shear;
+    pdi_weigh weigh;
+    memset(&weigh, 0, sizeof weigh);
+    weigh.body = o->body;
+    weigh.influence = o->desc.influence;
+    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh.way = PDI_WEIGH_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh.way = PDI_WEIGH_VOLUME;
+    PDI_TRY(pdi_weigh_calibrate(ctx, &weigh, !strain && !o->desc.plain));
+    const pdi_weigh_sums *whole = &weigh.whole;
+    o->shear = weigh.shear;
     o->bulk = whole->size;
     o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->off)
         o->anisotropy = 2.0 * whole->off / (whole->axis - whole->off);
-    return PD_OK;
+    return pdi_weigh_bonds(ctx, &weigh, &o->weights);
 }
 
 /* ---- families ---- */
@@ -97,10 +99,10 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
     *size = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double weight = (double)o->weight[b] * body->volume[body->column[b]];
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -162,10 +164,10 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        pdi_body_bond(body, i, b, xi);
-        double share = 2.0 * (double)o->weight[b] * body->volume[j] * (o->bound[i] + o->bound[j]) / pdi_vec_dot(xi, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
+        double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_largest(PD_DIM, sum);
@@ -180,11 +182,11 @@ static double pdi_ordinary_state(const pd_ordinary *o, int linear, const double 
 {
     pdi_ordinary_bond bond;
     double sum[PDI_SYM] = {0.0}, square = 0.0;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)o->body->column[b] * PD_DIM;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
@@ -223,9 +225,9 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0};
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
-            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, body->column[b], o->state, bond.extension);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
+            double t = bond.weight * pdi_ordinary_pull(o, &bond, i, f.to, o->state, bond.extension);
             for (int d = 0; d < PD_DIM; d++) sum[d] += t * bond.y[d];
         }
         for (int d = 0; d < PD_DIM; d++) force[(int64_t)i * PD_DIM + d] = sum[d];
@@ -254,9 +256,9 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     for (int32_t i = 0; i < body->count; i++) {
         pdi_ordinary_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            int32_t j = body->column[b];
-            if (!pdi_ordinary_look(o, linear, o->at, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            int32_t j = f.to;
+            if (!pdi_ordinary_look(o, linear, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_pull(o, &bond, i, j, o->change, along), turn = 0.0;
@@ -276,11 +278,11 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
     pdi_ordinary_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        int32_t j = body->column[b];
-        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        int32_t j = f.to;
+        if (!pdi_ordinary_look(o, o->desc.linear, o->at, i, &f, &bond)) continue;
         pdi_strain_times(o->law + (int64_t)j * PDI_STRAIN_PACK, bond.dyad, carried);
-        double back = (double)o->weight[b] * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
+        double back = bond.share * body->volume[i] * pdi_strain_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
         if (!o->desc.linear)
             turn = fmax(0.0, bond.weight * pdi_ordinary_pull(o, &bond, i, j, o->state, bond.extension) / bond.length);
@@ -346,11 +348,12 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
         double q[PDI_SYM];
         pdi_ordinary_bond bond;
         pdi_ordinary_state(o, linear, u, NULL, i, q);
-        for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-            energy[b] = 0.0;
-            if (!pdi_ordinary_look(o, linear, u, i, b, &bond)) continue;
+        for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+            double *each = energy + pdi_walk_bond(&f);
+            *each = 0.0;
+            if (!pdi_ordinary_look(o, linear, u, i, &f, &bond)) continue;
             double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension);
-            energy[b] = 0.5 * (double)o->weight[b] * t * bond.extension;
+            *each = 0.5 * bond.share * t * bond.extension;
         }
     }
 }
@@ -361,8 +364,8 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_bond bond;
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, 0, u, i, b, &bond)) continue;
+    for (pd_walk w = pdi_walk_from(o->body, i); pdi_walk_next(&w);) {
+        if (!pdi_ordinary_look(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
             y[p] += bond.weight * bond.length * bond.y[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -388,8 +391,8 @@ static void pdi_ordinary_stress_of(const pd_ordinary *o, const double *u, int32_
     pdi_ordinary_bond bond;
     for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] = 0.0;
     pdi_ordinary_state(o, o->desc.linear, u, NULL, i, q);
-    for (int64_t b = o->body->row[i]; b < o->body->row[i + 1]; b++) {
-        if (!pdi_ordinary_look(o, o->desc.linear, u, i, b, &bond)) continue;
+    for (pd_walk f = pdi_walk_from(o->body, i); pdi_walk_next(&f);) {
+        if (!pdi_ordinary_look(o, o->desc.linear, u, i, &f, &bond)) continue;
         double t = pdi_ordinary_carry(o, &bond, i, q, bond.extension) * bond.weight * bond.length / swell;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stress[p] += t * bond.y[p / PD_DIM] * bond.y[p % PD_DIM];
     }
@@ -457,34 +460,32 @@ static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
     for (int32_t i = 0; i < o->body->count; i++) o->rate = fmax(o->rate, o->at[i]);
 }
 
-/* Weights and laws of all families. Returns the first point that has none; -1: all have one. */
-static pd_status pdi_ordinary_families(pd_ctx *ctx, const pd_ordinary *o, const pdi_weigh *weigh, int32_t *bad)
+/* Laws of all families. Returns the first point that has none; -1: all have one. */
+static int32_t pdi_ordinary_families(const pd_ctx *ctx, const pd_ordinary *o)
 {
     const pd_body *body = o->body;
+    int32_t bad = -1;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
-    *bad = -1;
-    PDI_TRY(pdi_weigh_bonds(ctx, weigh, o->weight));
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_family(o, i);
         if (good < 1) o->bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) *bad = i;
-    return PD_OK;
+        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_intact(body, i))) bad = i;
+    return bad;
 }
 
 /* Points lose the bonds that tell no strain, or are the error. */
-static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o, const pdi_weigh *weigh)
+static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
 {
     pd_body *body = o->body;
-    int32_t bad;
-    PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+    int32_t bad = pdi_ordinary_families(ctx, o);
     while (bad >= 0 && o->desc.loose) {
         for (int32_t i = bad; i < body->count; i++)
             if (!(o->bound[i] > 0.0)) o->lost += pdi_body_release(body, i);
-        PDI_TRY(pdi_ordinary_families(ctx, o, weigh, &bad));
+        bad = pdi_ordinary_families(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
@@ -521,9 +522,7 @@ static double pdi_ordinary_normal(const void *self, int32_t i, const double *str
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
-    pdi_weigh weigh;
-    PDI_TRY(pdi_ordinary_calibrate(ctx, o, &weigh));
-    PDI_TRY(pdi_ordinary_settle(ctx, o, &weigh));
+    PDI_TRY(pdi_ordinary_settle(ctx, o));
     PDI_TRY(pdi_ordinary_surfaces(ctx, o));
     PDI_TRY(pdi_ordinary_soften(ctx, o));
     pdi_ordinary_rates(ctx, o);
@@ -547,7 +546,6 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
 {
     pd_ordinary *ordinary = (pd_ordinary *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
-    PDI_ARRAY(owner, ordinary, weight, ordinary->body ? ordinary->body->bonds : 0, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_STRAIN_PACK, "Pa/m^(2d+4)");
@@ -577,6 +575,8 @@ static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_owner_build(ctx, pdi_ordinary_list, o));
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
+    PDI_TRY(pdi_ordinary_calibrate(ctx, o));
     return pdi_ordinary_update(ctx, o);
 }
 
@@ -612,6 +612,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
 
 void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 {
+    pdi_bond_weights_free(ctx, &ordinary->weights);
     pdi_owner_free(ctx, pdi_ordinary_list, ordinary);
     memset(ordinary, 0, sizeof *ordinary);
 }

@@ -46,7 +46,7 @@ typedef struct pd_ordinary {
     double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
-    float *weight;      /* [bonds] [-] w; 0: the bond is broken */
+    pd_bond_weights weights; /* w */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
     int64_t lost;       /* bonds that loose points have lost */

@@ -136,12 +136,12 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
 static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
-        if (body->broken[b]) continue;
-        pdi_body_bond(body, i, b, xi);
+        if (pdi_walk_broken(&f)) continue;
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
-            double eta = motion[(int64_t)body->column[b] * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
             way += eta * eta;
         }

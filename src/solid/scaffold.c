@@ -110,10 +110,10 @@ static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_scaffold_box(s, i, own);
-        for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-            if (body->column[b] <= i || body->broken[b]) continue;
-            pdi_scaffold_box(s, body->column[b], far);
-            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, body->column[b]);
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (f.to <= i || pdi_walk_broken(&f)) continue;
+            pdi_scaffold_box(s, f.to, far);
+            if (pdi_scaffold_same(own, far)) pdi_scaffold_unite(s->part, i, f.to);
         }
     }
     for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_scaffold_root(s->part, i);
@@ -149,9 +149,9 @@ static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
     const pd_body *body = s->body;
     for (int32_t p = 0; p < s->level[0].parts; p++)
         for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
-            for (int64_t b = body->row[s->point[n]]; b < body->row[s->point[n] + 1]; b++) {
-                int32_t q = s->part[body->column[b]];
-                if (q <= p || body->broken[b] || seen[q] == p + 1) continue;
+            for (pd_walk f = pdi_walk_from(body, s->point[n]); pdi_walk_next(&f);) {
+                int32_t q = s->part[f.to];
+                if (q <= p || pdi_walk_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
                 pdi_scaffold_join(&s->level[0], p, q, set);
             }

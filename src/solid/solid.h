@@ -41,9 +41,9 @@ typedef struct pd_solid {
     void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [J/m3] of each point at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
-    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on bond b at u: force_i = sum V_j (pull_ij - pull_ji). NULL:
-     * bonds are no springs. */
-    void (*pull)(const void *self, const double *u, int32_t i, int64_t b, double *pull);
+    /* pull [PD_DIM] [N/m^(2d)] of the family of point i on the bond that a walk is at, at u:
+     * force_i = sum V_j (pull_ij - pull_ji). NULL: bonds are no springs. */
+    void (*pull)(const void *self, const double *u, int32_t i, const pd_walk *bond, double *pull);
     /* force [N/m3] at the end of a step of dt [s] to u; v [m/s] are the velocities of the step, NULL before the first
      * one. Bonds break of themselves: how many. NULL: none does. */
     int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);

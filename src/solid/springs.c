@@ -23,9 +23,9 @@
 static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_bond(body, i, b, xi);
+        pdi_body_bond(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
             if (!(fabs(step - near) <= PDI_SPRINGS_ROUNDING) || !(near <= PDI_SPRINGS_REACH))
@@ -111,18 +111,19 @@ static void pdi_springs_sort(pd_springs *s)
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_springs_box(s, s->kind[k].xi)] = k;
 }
 
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *s)
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
-    s->weight = weight;
+    s->weights = weights;
     s->reach = pdi_springs_reach(ctx, body);
     s->lattice = s->reach <= PDI_SPRINGS_REACH;
     s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
     for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
     pd_status status = pdi_owner_build(ctx, pdi_springs_list, s);
-    if (status == PD_OK) status = pdi_band_build(ctx, body, weight, PDI_BAND_SHARE, &s->band);
+    if (status == PD_OK) status = pdi_band_build(ctx, body, weights, PDI_BAND_SHARE, &s->band);
     s->band.singles = 1;
+    s->band.vectors = s->lattice;
     if (status == PD_OK && s->lattice) pdi_springs_sort(s);
     for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
     if (status < 0) pdi_springs_free(ctx, s);
@@ -139,9 +140,9 @@ PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
-PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int64_t b, double *xi)
+PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int32_t j, double *xi)
 {
-    pdi_body_bond(s->body, i, b, xi);
+    pdi_body_bond(s->body, i, j, xi);
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
@@ -175,26 +176,6 @@ static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int
     }
 }
 
-/* Point n of band k has the bond to the point at this offset no more. */
-static void pdi_springs_drop(pd_springs *s, int32_t k, int32_t n, int32_t offset)
-{
-    for (int64_t b = s->band.begin[k]; b < s->band.begin[k + 1]; b++)
-        if (s->band.bond[b].offset == offset) s->band.bond[b].lanes &= ~((uint32_t)1 << n);
-}
-
-/* Bonds that the body calls broken are none. */
-static void pdi_springs_clear(pd_springs *s)
-{
-    const pd_body *body = s->body;
-    for (int32_t k = 0; k < s->band.bands; k++)
-        for (int32_t i = s->band.first[k]; i < s->band.first[k + 1]; i++)
-            for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-                if (!body->broken[b]) continue;
-                s->weight[b] = 0.0f;
-                pdi_springs_drop(s, k, i - s->band.first[k], body->column[b] - i);
-            }
-}
-
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 {
     pd_band_bond *old = NULL;
@@ -212,7 +193,6 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
     for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_springs_arrange(s, k, old, kind);
     PDI_DELETE(ctx, longest, old);
     PDI_DELETE(ctx, longest, kind);
-    if (status == PD_OK) pdi_springs_clear(s);
     return status;
 }
 
@@ -305,12 +285,10 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
     return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
 }
 
-/* Break the bond from point i to j. */
+/* Break the bond from point i to j at this end. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
-    int64_t b = pdi_body_back(s->body, j, i);
-    s->body->broken[b] = 1;
-    s->weight[b] = 0.0f;
+    pdi_body_mark(s->body, i, pdi_body_back(s->body, j, i));
 }
 
 /* Point n of band k, one bond at a time: any e, any places, and bonds break. */

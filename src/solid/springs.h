@@ -21,7 +21,7 @@ typedef struct pd_springs_kind {
 
 typedef struct pd_springs {
     pd_body *body;
-    float *weight;          /* [bonds] [-] w; 0: the bond is broken. Borrowed */
+    const pd_bond_weights *weights; /* borrowed */
     pd_band band;
     int lattice;            /* 1: all bonds are whole spacings along all axes */
     int32_t reach;          /* [spacing] of a bond along an axis */
@@ -46,14 +46,14 @@ typedef struct pdi_springs_sweep {
 } pdi_springs_sweep;
 
 PDI_FN void pdi_springs_list(pdi_owner *owner, void *springs);
-/* body and weight are borrowed. pdi_springs_find has to follow. */
-PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, float *weight, pd_springs *springs);
+/* body and weights are borrowed. pdi_springs_find has to follow. */
+PDI_FN pd_status pdi_springs_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *springs);
 PDI_FN void pdi_springs_free(pd_ctx *ctx, pd_springs *springs);
-/* Weights have changed: bands anew. Then bonds that the body calls broken have the weight 0. */
+/* Weights have changed, or bonds have broken: bands anew. */
 PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *springs);
-/* Bond b of point i [m]: of whole spacings on a lattice. */
-PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int64_t b, double *xi);
-/* Forces. Bonds beyond the stretch break: in the body, in their weights and in bands. Returns how many. */
+/* The bond from point i to j [m]: of whole spacings on a lattice. */
+PDI_FN void pdi_springs_bond(const pd_springs *springs, int32_t i, int32_t j, double *xi);
+/* Forces. Bonds beyond the stretch break, in the body and in bands. Returns how many. */
 PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *springs, pdi_springs_sweep *sweep);
 #endif
 

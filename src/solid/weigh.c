@@ -88,9 +88,9 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM], volume = body->volume[body->column[b]];
-        pdi_body_bond(body, i, b, xi);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        double xi[PD_DIM], volume = body->volume[f.to];
+        pdi_body_bond(body, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -118,25 +118,23 @@ static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double
     return pdi_weigh_factor(own, other, xi, o->whole.axis);
 }
 
-/* Weights of the bonds of point i. Both ends of a bond get the same number. part NULL: no factors. */
-static void pdi_weigh_family(const pdi_weigh *o, const double *part, int32_t i, float *to)
+/* Weight of a bond of point i. Both ends of a bond get the same number. */
+static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
-    const pd_body *body = o->body;
-    for (int64_t b = body->row[i]; b < body->row[i + 1]; b++) {
-        double xi[PD_DIM];
-        const double *own = part ? part + (int64_t)i * PD_DIM : NULL;
-        pdi_body_bond(body, i, b, xi);
-        double weight = pdi_body_weight(body, o->influence, xi);
-        weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-        if (part) weight *= pdi_weigh_mend(o, own, part + (int64_t)body->column[b] * PD_DIM, xi);
-        to[b] = body->broken[b] ? 0.0f : (float)weight;
-    }
+    const pdi_weigh *o = (const pdi_weigh *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(o->body, i, bond->to, xi);
+    double weight = pdi_body_weight(o->body, o->influence, xi);
+    weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
+    if (!o->part) return weight;
+    return weight * pdi_weigh_mend(o, o->part + (int64_t)i * PD_DIM, o->part + (int64_t)bond->to * PD_DIM, xi);
 }
 
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weights *weights)
 {
     const pd_body *body = o->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
+    pdi_weigh with = *o;
     double *part = NULL;
     (void)nt;
     if (o->way != PDI_WEIGH_PLAIN) {
@@ -144,10 +142,10 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, float *weight)
         PDI_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < body->count; i++) pdi_weigh_part(o, i, part + (int64_t)i * PD_DIM);
     }
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_weigh_family(o, part, i, weight);
+    with.part = part;
+    pd_status status = pdi_bond_weights_find(ctx, weights, pdi_weigh_bond, &with);
     PDI_DELETE(ctx, (int64_t)body->count * PD_DIM, part);
-    return PD_OK;
+    return status;
 }
 
 #undef PDI_WEIGH_WAYS

@@ -6,7 +6,7 @@
 #ifndef PD_WEIGH_H
 #define PD_WEIGH_H
 #include "core/vec.h"
-#include "solid/body.h"
+#include "solid/bond_weights.h"
 
 #ifdef PDI_INTERNAL
 typedef enum pdi_weigh_way {
@@ -29,6 +29,7 @@ typedef struct pdi_weigh {
     pd_influence influence;
     pdi_weigh_way way;
     double shear;         /* [-] a */
+    const double *part;   /* [count][PD_DIM] what families have, for factors; NULL: none. Work */
     pdi_weigh_sums whole; /* zero without a spacing */
 } pdi_weigh;
 
@@ -57,9 +58,8 @@ PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
 PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
 /* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
 PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
-/* weight [bonds]; 0: the bond is broken. Both ends of a bond get the same number, and bonds that are broken count for g
- * as others do. */
-PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, float *weight);
+/* Weights of all bonds. Both ends of a bond get the same number, and bonds that are broken count as others do. */
+PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, pd_bond_weights *weights);
 #endif
 
 #endif

@@ -1,0 +1,140 @@
+/* bond_weights: see bond_weights.h */
+#include "solid/bond_weights.h"
+#include "core/par.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *object)
+{
+    pd_bond_weights *weights = (pd_bond_weights *)object;
+    int lattice = weights->body && weights->body->lattice;
+    PDI_ARRAY(owner, weights, whole, lattice ? weights->body->kinds : 0, "1");
+    PDI_ROOM(owner, weights, list, weights->listed, "1");
+    PDI_ROOM(owner, weights, own, weights->room, "1");
+}
+
+PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *w)
+{
+    memset(w, 0, sizeof *w);
+    w->body = body;
+    pd_status status = pdi_owner_build(ctx, pdi_bond_weights_list, w);
+    if (status < 0) memset(w, 0, sizeof *w);
+    return status;
+}
+
+PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
+{
+    pdi_owner_free(ctx, pdi_bond_weights_list, w);
+    memset(w, 0, sizeof *w);
+}
+
+/* Kinds that have no weight yet take those of the bonds of point i. Returns how many do. */
+static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    int32_t found = 0;
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        if (w->whole[f.kind] < (float)HUGE_VAL) continue;
+        w->whole[f.kind] = (float)weigh(self, i, &f);
+        found++;
+    }
+    return found;
+}
+
+/* Weights of kinds, of the longest family before others: those of a whole one, where there is one. */
+static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int32_t longest = 0, known;
+    for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
+    for (int32_t i = 1; i < body->count; i++)
+        if (body->row[i + 1] - body->row[i] > body->row[longest + 1] - body->row[longest]) longest = i;
+    known = pdi_bond_weights_learn(w, weigh, self, longest);
+    for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
+}
+
+/* 1: a bond of point i has another weight than its kind. */
+static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+{
+    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+        float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
+        if (weight < whole || weight > whole) return 1;
+    }
+    return 0;
+}
+
+/* Which points of a lattice have lists, and where. Returns the length of all lists. */
+static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
+                                     const void *self)
+{
+    const pd_body *body = w->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    int64_t all = 0;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_differ(w, weigh, self, i) ? 0 : -1;
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->list[i] < 0) continue;
+        w->list[i] = all;
+        all += body->row[i + 1] - body->row[i];
+    }
+    return all;
+}
+
+/* Room for lists of so many points, and so many weights in them. */
+static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
+{
+    if (!listed) PDI_DELETE(ctx, w->listed, w->list);
+    else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
+    w->listed = listed;
+    if (!room) PDI_DELETE(ctx, w->room, w->own);
+    else if (w->room != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->room, room, w->own));
+    w->room = room;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+{
+    const pd_body *body = w->body;
+    int64_t room = body->bonds;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    w->begin = NULL;
+    if (body->lattice) {
+        PDI_TRY(pdi_bond_weights_size(ctx, w, body->count, w->room));
+        pdi_bond_weights_share(w, weigh, self);
+        room = pdi_bond_weights_mark(ctx, w, weigh, self);
+    }
+    PDI_TRY(pdi_bond_weights_size(ctx, w, body->lattice && room ? body->count : 0, room));
+    if (!room) return PD_OK;
+    w->begin = body->lattice ? w->list : body->row;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        if (w->begin[i] < 0) continue;
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+            w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
+    }
+    return PD_OK;
+}
+
+/* ---- by length ---- */
+
+typedef struct pdi_bond_weights_length {
+    const pd_body *body;
+    pd_influence influence;
+} pdi_bond_weights_length;
+
+static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_walk *bond)
+{
+    const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
+    double xi[PD_DIM];
+    pdi_body_bond(by->body, i, bond->to, xi);
+    return pdi_body_weight(by->body, by->influence, xi);
+}
+
+PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *w, pd_influence influence)
+{
+    pdi_bond_weights_length by;
+    by.body = w->body;
+    by.influence = influence;
+    return pdi_bond_weights_find(ctx, w, pdi_bond_weights_by_length, &by);
+}
