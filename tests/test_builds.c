@@ -632,7 +632,7 @@ TEST(a_failed_build_leaves_nothing)
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
-                                    "band",  "springs",  "path"};
+                                    "band",  "springs",  "path",        "bond_weights"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

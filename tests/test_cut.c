@@ -423,7 +423,7 @@ TEST(energy)
             if (!pdi_walk_broken(&b)) continue;
             pdi_body_bond(&c->body, i, b.to, xi);
             for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
-            double weight = pdi_bond_weights_intact(&m.weights, i, &b);
+            double weight = (double)pdi_bond_weights_of(&m.weights, i, &b);
             sum += 0.5 * m.modulus * weight * m.critical * m.critical * sqrt(square) * c->volume[0] *
                    c->volume[0];
         }

@@ -316,15 +316,24 @@ static double pdi_footprint_balance(pdi_footprint_plan *plan, pd_structure *s, d
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
-/* [byte] of the weights of bonds. lists 1: points may have their own. */
-static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, int lists)
+/* [byte] of the weights of bonds. share: of points that have their own. */
+static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, double share)
 {
     pd_bond_weights weights;
     memset(&weights, 0, sizeof weights);
     weights.body = &s->body;
-    weights.listed = s->body.lattice && lists ? s->count : 0;
-    weights.room = s->body.lattice ? 0 : s->body.bonds;
+    weights.listed = s->body.lattice && share > 0.0 ? s->count : 0;
+    weights.room = s->body.lattice ? (int64_t)(share * (double)s->body.bonds) : s->body.bonds;
     return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
+}
+
+/* Share of the points of a box within two horizons of a side, so that bonds to families that it cuts have factors; of
+ * the sides of the first axes alone. */
+static double pdi_footprint_rim(const pdi_footprint_plan *plan, double m, int axes)
+{
+    double inside = 1.0;
+    for (int d = 0; d < axes; d++) inside *= fmax(0.0, 1.0 - 4.0 * m / (double)plan->grid.n[d]);
+    return 1.0 - inside;
 }
 
 /* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
@@ -344,20 +353,22 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
 static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structure *s)
 {
     int flows = pdi_structure_flows(s);
+    double of = (double)sizeof *s->springs.springs.of, alone = pdi_footprint_rim(plan, s->desc.m, 1); /* in no band */
     switch (s->desc.material) {
     case PD_STRUCTURE_SPRINGS:
-        return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, (double)sizeof *s->springs.springs.of) +
-               pdi_footprint_weights(plan, s, 1) +
+        return pdi_footprint_bands(plan, s, PDI_BAND_SHARE, of) +
+               alone * plan->times * (double)s->body.bonds * ((double)sizeof *s->elastic.band.bond + of) +
+               pdi_footprint_weights(plan, s, pdi_footprint_rim(plan, s->desc.m, PD_DIM)) +
                pdi_footprint_list(plan, pdi_microelastic_list, &s->springs);
     case PD_STRUCTURE_ORDINARY:
-        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0);
+        return pdi_footprint_list(plan, pdi_ordinary_list, &s->ordinary) + pdi_footprint_weights(plan, s, 0.0);
     case PD_STRUCTURE_NEO_HOOKEAN:
     case PD_STRUCTURE_HENCKY:
-        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0);
+        return pdi_footprint_list(plan, pdi_finite_list, &s->finite) + pdi_footprint_weights(plan, s, 0.0);
     case PD_STRUCTURE_CORRESPONDENCE: break;
     }
     return pdi_footprint_bands(plan, s, flows ? PDI_BAND_FIELDS : PDI_BAND_RELIEF, 0.0) +
-           pdi_footprint_weights(plan, s, 0) +
+           pdi_footprint_weights(plan, s, 0.0) +
            pdi_footprint_list(plan, pdi_elastic_list, &s->elastic) +
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
@@ -384,6 +395,7 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     s.total = plan->grid.total;
     pdi_footprint_table(u, plan, &s.body);
     s.desc.material = u->metal_body.material;
+    s.desc.m = u->metal_body.m;
     s.desc.density = u->metal_body.density;
     s.desc.elastic.yield = u->metal_body.yield;
     pdi_structure_attach(&s);
