@@ -5,7 +5,7 @@
  */
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
-#include "core/owner.h"
+#include "core/arena.h"
 #include "lattice/span.h"
 #include <math.h>
 
@@ -16,7 +16,7 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 #define PD_KRYLOV_MORE 32
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
@@ -78,6 +78,8 @@ static inline double pdi_krylov_forcing(double left)
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+/* The same but for the vectors, pdi_krylov_list: an arena lends them for each solve. */
+PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
@@ -94,7 +96,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                   const double *b, double *x, pd_krylov_result *result);
 
-/* Arrays of a pd_krylov, and one without them, which can be counted. */
+/* Vectors of a pd_krylov, and one without them, which can be counted. */
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif

@@ -249,19 +249,3 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
     PDI_ARRAY(owner, limiter, factor, total, "1");
 }
-
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
-                                   pd_limiter *l)
-{
-    memset(l, 0, sizeof *l);
-    l->bonds = diffusion->bonds;
-    l->boundary = boundary;
-    l->diffusion = diffusion;
-    return pdi_owner_build(ctx, pdi_limiter_list, l);
-}
-
-PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
-{
-    pdi_owner_free(ctx, pdi_limiter_list, l);
-    memset(l, 0, sizeof *l);
-}
