@@ -1841,7 +1841,7 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 32
+#define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
@@ -1857,8 +1857,8 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
-    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
-                         * restarts; 0: restart. Where memory is refused it restarts */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
+                         * restart. Where memory is refused it restarts */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1882,8 +1882,9 @@ typedef struct pd_krylov {
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
 } pd_krylov;
 
@@ -3221,12 +3222,16 @@ typedef struct pd_diffusion {
     const pd_bonds *bonds;
     double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
     double flattest;                    /* [-] square of the longest bond, in cells, to the next plane of the lattice */
-    float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
-                                         * xy, yy, xz, yz, zz */
-    float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
+    int32_t *place;                     /* [total] where the numbers of a node stand that has cut bonds, or of a ghost
+                                         * that stands for one; -1: it has none */
+    int32_t capacity, used;             /* of places; those from `used` on were never taken */
+    int32_t *spare, spares;             /* [capacity] places that nodes have left */
+    float *tensor;                      /* [capacity][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7): xx, xy, yy, xz,
+                                         * yz, zz */
+    float *metal;                       /* [capacity][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
                                          * surface; or NULL */
-    float *facing;                      /* [total][PD_DIM] [-] the normal of that surface in cells, or NULL */
-    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    float *facing;                      /* [capacity][PD_DIM] [-] the normal of that surface in cells, or NULL */
+    int metals;                         /* 1: there are those two */
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
     uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
@@ -3234,11 +3239,11 @@ typedef struct pd_diffusion {
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
     double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
-    double *wall_value, *wall_rest;     /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
-                                         * `wall_source` is beside `wall_rate` times that; or NULL */
-    double *wall_grad, *wall_grad_rate; /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - rate c to the
+    double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
+                                         * what `wall_source` is beside `wall_rate` times that; or NULL */
+    double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
                                          * gradient at their node; or NULL */
-    uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
+    uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
 } pd_diffusion;
@@ -3248,13 +3253,14 @@ typedef struct pd_diffusion {
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
                                      pd_diffusion *diffusion);
 /* After pd_bonds_update. */
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
 /* `held` gives other values than before, on the same surfaces. */
 PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
-/* Arrays of a pd_diffusion. */
+/* Arrays of a pd_diffusion by the lattice, and by the places. */
 PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
@@ -3267,7 +3273,8 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
 {
-    return d->wall_rate ? d->wall_rate[i] * ((d->wall_value[i] - c) - rest) + d->wall_rest[i] : 0.0;
+    if (!d->wall_rate || d->place[i] < 0) return 0.0;
+    return d->wall_rate[i] * ((d->wall_value[d->place[i]] - c) - rest) + d->wall_rest[d->place[i]];
 }
 #endif
 
@@ -15208,9 +15215,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
-                        PD_KRYLOV_MORE + 1, d->restart);
+    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -15250,10 +15255,10 @@ PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kr
 }
 PDI_COLD_END
 
-/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+/* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -15282,13 +15287,16 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 }
 
 /* Columns of the basis as it is now. */
-static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+static int pdi_krylov_room(const pd_krylov *krylov)
+{
+    return krylov->desc.restart + krylov->chunks * krylov->grow;
+}
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
-    if (columns > krylov->desc.most) return 0;
+    int columns = pdi_krylov_room(krylov) + krylov->grow;
+    if (columns > krylov->desc.most || !krylov->grow) return 0;
     pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
                                  &krylov->more[krylov->chunks]);
     if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
@@ -15321,12 +15329,12 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : at / restart - 1;
+    *chunk = at < restart ? -1 : (at - restart) / grow;
     if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
     if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * (at % restart + (flexible ? restart : 0));
+    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -15444,10 +15452,10 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
     if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
 }
 
-/* What was `room` becomes a vector that callbacks write to. */
+/* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->desc.n, room);
+    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
@@ -15815,6 +15823,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
     run.v = pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, 1);
+    pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
+    pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */
@@ -16636,7 +16646,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_ARRAY(owner, mg, store, pdi_multigrid_store(mg), "1");
+    PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -16682,6 +16692,14 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
+/* Zeros in the pads of a padded array of the store, or in all of it. */
+static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
+{
+    int64_t cells = mg->level[0].cells, pad = mg->pad;
+    memset(values - pad, 0, (size_t)(all ? cells + 2 * pad : pad) * sizeof *values);
+    if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
+}
+
 PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
@@ -16693,6 +16711,9 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
         fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    pdi_multigrid_blank(mg, fine->x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
+    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
@@ -20365,7 +20386,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
-    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
@@ -22718,7 +22739,7 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-    if (!d->metal || group < 0) return 0;
+    if (!d->metals || group < 0) return 0;
     int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
@@ -22784,12 +22805,12 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
-    const float *cut = d->cut + bonds->node[r];
+    const int32_t *place = d->place + bonds->node[r];
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->paths.shift[k]] > 0.0f)) continue;
+        if (!pdi_bond_open(bonds, r, k) || place[bonds->paths.shift[k]] < 0) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -22836,7 +22857,7 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     enum { N = PD_DIFFUSION_TENSOR };
     double x[N];
     pdi_diffusion_cuts cuts;
-    int64_t i = d->bonds->node[r];
+    int64_t i = d->place[d->bonds->node[r]];
     pdi_diffusion_count(d, r, held, &cuts);
     /* a diagonal entry is positive where bonds are cut */
     if (cuts.walls[0] + cuts.walls[N > 1 ? 2 : 0] + cuts.walls[N - 1] > 0.0) {
@@ -22850,7 +22871,42 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = pdi_diffusion_round(cuts.normal[a]);
 }
 
-/* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
+/* ---- places ---- */
+
+static void pdi_diffusion_take(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) return;
+    PD_ASSERT(d->spares || d->used < d->capacity);
+    d->place[i] = d->spares ? d->spare[--d->spares] : d->used++;
+}
+
+static void pdi_diffusion_leave(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) d->spare[d->spares++] = d->place[i];
+    d->place[i] = -1;
+}
+
+/* The ghost k of the list has the numbers of the node that it stands for, or mirrors. */
+static int pdi_diffusion_stands(const pd_ghosts *g, int32_t k) { return k < g->images || k >= g->count; }
+
+/* Room for all rows and for the ghosts of them. *all: 1 when there is other room than before, where nothing stands. */
+static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_ghosts *g = &bonds->ghosts;
+    int64_t need = bonds->rows;
+    for (int32_t k = 0; k < g->listed; k++)
+        need += pdi_diffusion_stands(g, k) && (bonds->row[g->source[k]] >= 0 || d->place[g->source[k]] >= 0);
+    if (need <= d->capacity && d->tensor) return PD_OK;
+    need += need / 4;
+    d->used = d->spares = 0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
+    *all = 1;
+    return pdi_owner_renew(ctx, pdi_diffusion_place_list, d, &d->capacity,
+                           (int32_t)(need < INT32_MAX ? need : INT32_MAX));
+}
+
+/* What a ghost has of the tensors [capacity][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
  * off-diagonal entries change their sign. */
 static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int flip)
 {
@@ -22866,17 +22922,21 @@ static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int
 static void pdi_diffusion_ghosts(pd_diffusion *d)
 {
     const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++)
+        if (pdi_diffusion_stands(g, k) && d->place[g->source[k]] < 0) pdi_diffusion_leave(d, g->node[k]);
     for (int32_t k = 0; k < g->listed; k++) {
-        int64_t i = g->node[k], from = g->source[k];
-        if (k >= g->images && k < g->count) continue;
-        d->cut[i] = d->cut[from];
-        d->renewed[i] = d->renewed[from];
-        pdi_diffusion_mirror(d->tensor, i, from, g->odd[k]);
-        if (!d->metal) continue;
-        pdi_diffusion_mirror(d->metal, i, from, g->odd[k]);
+        int32_t i = g->node[k], source = g->source[k];
+        if (!pdi_diffusion_stands(g, k)) continue;
+        d->renewed[i] = d->renewed[source];
+        if (d->place[source] < 0) continue;
+        pdi_diffusion_take(d, i);
+        int64_t to = d->place[i], from = d->place[source];
+        pdi_diffusion_mirror(d->tensor, to, from, g->odd[k]);
+        if (!d->metals) continue;
+        pdi_diffusion_mirror(d->metal, to, from, g->odd[k]);
         for (int a = 0; a < PD_DIM; a++) {
             float value = d->facing[from * PD_DIM + a];
-            d->facing[i * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
+            d->facing[to * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
         }
     }
 }
@@ -22927,30 +22987,31 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
 {
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double x[PD_DIM], t, value;
+    int32_t i = bonds->node[r], place = d->place[i];
+    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
+    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         if (pdi_diffusion_unasked(d, r, k)) {
-            d->wall_part[i] = 1;
+            d->wall_part[place] = 1;
             continue;
         }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
-        if (!(c >= 0.0)) d->wall_part[i] = 1;
+        if (!(c >= 0.0)) d->wall_part[place] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM; a++) {
-            d->wall_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
-            d->wall_grad_rate[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+            grad[a] += s->grad[k * PD_DIM + a] / t * c;
+            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
         }
-        if (first) d->wall_value[i] = c;
+        if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
         d->wall_source[i] += value * c;
-        d->wall_rest[i] += value * (c - d->wall_value[i]);
+        d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -22968,72 +23029,89 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 /* What node i gets from held walls is renewed. */
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
-    int64_t total = d->bonds->grid->total;
-    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+    int64_t place = d->place[i];
+    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    if (place < 0) return;
+    d->wall_value[place] = d->wall_rest[place] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
     enum { N = PD_DIFFUSION_TENSOR };
+    int64_t place = d->place[i];
     d->renewed[i] = d->bonds->version;
-    for (int t = 0; t < N; t++) d->tensor[(int64_t)i * N + t] = 0.0f;
-    for (int t = 0; t < N && d->metal; t++) d->metal[(int64_t)i * N + t] = 0.0f;
-    for (int a = 0; a < PD_DIM && d->metal; a++) d->facing[(int64_t)i * PD_DIM + a] = 0.0f;
-    if (!d->wall_rate) return;
-    d->wall_part[i] = 0;
-    pdi_diffusion_release(d, i);
+    if (d->wall_rate) pdi_diffusion_release(d, i);
+    if (place < 0) return;
+    for (int t = 0; t < N; t++) d->tensor[place * N + t] = 0.0f;
+    for (int t = 0; t < N && d->metals; t++) d->metal[place * N + t] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metals; a++) d->facing[place * PD_DIM + a] = 0.0f;
+    if (d->wall_rate) d->wall_part[place] = 0;
 }
 
-/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
-static void pdi_diffusion_find(pd_diffusion *d)
+/* The same for the neighbours of node i, which has come to have cut bonds or has none any more. */
+static void pdi_diffusion_turn(pd_diffusion *d, int32_t i)
 {
     const pd_bonds *bonds = d->bonds;
-    const pd_grid *grid = bonds->grid;
-    int all = d->version == 0;
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (!all && bonds->renewed[i] <= d->version) continue;
-        float cut = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
-        int turned = d->cut[i] < cut || d->cut[i] > cut;
-        d->cut[i] = cut;
-        pdi_diffusion_clear(d, i);
-        for (int k = 0; k < bonds->stencil->count && turned && !all; k++) {
-            int at[PD_DIM];
-            pdi_grid_index(grid, i, at);
-            for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
-            pdi_grid_fold(grid, at);
-            int32_t j = pd_grid_node(grid, at);
-            if (grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
-        }
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int at[PD_DIM];
+        pdi_grid_index(bonds->grid, i, at);
+        for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
+        pdi_grid_fold(bonds->grid, at);
+        int32_t j = pd_grid_node(bonds->grid, at);
+        if (bonds->grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
     }
 }
 
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. Those
+ * that leave their places go first. */
+static void pdi_diffusion_find(pd_diffusion *d, int all)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    for (int32_t i = 0; i < total; i++) {
+        if ((!all && bonds->renewed[i] <= d->version) || d->place[i] < 0 || pdi_diffusion_cut(bonds, i)) continue;
+        pdi_diffusion_leave(d, i);
+        if (!all) pdi_diffusion_turn(d, i);
+    }
+    for (int32_t i = 0; i < total; i++) {
+        if (!all && bonds->renewed[i] <= d->version) continue;
+        int turned = d->place[i] < 0 && pdi_diffusion_cut(bonds, i);
+        if (turned) pdi_diffusion_take(d, i);
+        pdi_diffusion_clear(d, i);
+        if (turned && !all) pdi_diffusion_turn(d, i);
+    }
+}
+
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    int all = d->version == 0;
     (void)nt;
-    if (d->version == bonds->version) return;
+    if (d->version == bonds->version) return PD_OK;
     if (d->version == 0) {
         d->held_least = HUGE_VAL;
         d->held_most = -HUGE_VAL;
     }
-    pdi_diffusion_find(d);
+    PDI_TRY(pdi_diffusion_fit(ctx, d, &all));
+    pdi_diffusion_find(d, all);
     pdi_diffusion_ghosts(d);
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f) || d->renewed[i] != bonds->version) continue;
+        if (d->place[i] < 0 || d->renewed[i] != bonds->version) continue;
         pdi_diffusion_hold(d, r, d->held);
         pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
         int32_t i = bonds->node[r];
-        if (d->cut[i] > 0.0f && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
+        if (d->place[i] >= 0 && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
     }
     pdi_diffusion_ghosts(d);
     d->version = bonds->version;
+    return PD_OK;
 }
 
 PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
@@ -23043,7 +23121,7 @@ PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
     d->held_most = -HUGE_VAL;
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f)) continue;
+        if (d->place[i] < 0) continue;
         pdi_diffusion_release(d, i);
         pdi_diffusion_hold(d, r, d->held);
     }
@@ -23054,22 +23132,29 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     pd_diffusion *diffusion = (pd_diffusion *)object;
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
-    int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_ARRAY(owner, diffusion, unit, PD_DIM * diffusion->bonds->stencil->count, "1");
-    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
-    PDI_ARRAY(owner, diffusion, cut, total, "1");
+    PDI_ARRAY(owner, diffusion, place, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, facing, PD_DIM * total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
     PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_value, total, "mol/m3");
-    PDI_ARRAY(owner, diffusion, wall_rest, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_part, total, "1");
-    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * total, "mol/m4");
-    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * total, "1/m");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
+}
+
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
+{
+    pd_diffusion *diffusion = (pd_diffusion *)object;
+    int64_t count = diffusion->capacity;
+    PDI_ARRAY(owner, diffusion, spare, count, "1");
+    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
+    if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
+    PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
+    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }
 
 static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -23080,7 +23165,9 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
+    d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
         pdi_diffusion_offset(d, k, xi);
@@ -23092,8 +23179,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
-    pdi_diffusion_update(ctx, d);
-    return PD_OK;
+    return pdi_diffusion_update(ctx, d);
 }
 
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -23103,7 +23189,7 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* e^T X e of tensor i of a field of them. `along`: e e^T, entries counting as often as in the full tensor. */
+/* e^T X e of tensor i of an array of them. `along`: e e^T, entries counting as often as in the full tensor. */
 static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const double *along)
 {
     const float *tensor = tensors + i * PD_DIFFUSION_TENSOR;
@@ -23112,7 +23198,7 @@ static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const dou
     return sum;
 }
 
-/* The same of what metal beside node i adds. */
+/* The same of what metal beside the node of place i adds. */
 static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *e, const double *along)
 {
     double normal[PD_DIM];
@@ -23122,14 +23208,14 @@ static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const doubl
 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 {
-    int32_t j = i + d->bonds->paths.shift[k];
+    int32_t near = d->place[i], far = d->place[i + d->bonds->paths.shift[k]];
     const double *e = d->unit + k * PD_DIM;
     double along[PD_DIFFUSION_TENSOR];
-    if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
+    if (near < 0 || far < 0) return 0.0f;
     pdi_diffusion_pack(e, along);
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
-    double twice = pdi_diffusion_quadratic(d->tensor, i, along) + pdi_diffusion_quadratic(d->tensor, j, along);
-    if (d->metal) twice += pdi_diffusion_beside(d, i, e, along) + pdi_diffusion_beside(d, j, e, along);
+    double twice = pdi_diffusion_quadratic(d->tensor, near, along) + pdi_diffusion_quadratic(d->tensor, far, along);
+    if (d->metals) twice += pdi_diffusion_beside(d, near, e, along) + pdi_diffusion_beside(d, far, e, along);
     double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
     return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
@@ -23148,6 +23234,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     pdi_owner_free(ctx, pdi_diffusion_list, d);
+    pdi_owner_free(ctx, pdi_diffusion_place_list, d);
     pdi_media_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }
@@ -23430,7 +23517,8 @@ typedef struct pdi_limiter_sweep {
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
-    return f->cut[i] > 0.0f && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[i]);
+    int32_t place = f->place[i];
+    return place >= 0 && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[place]);
 }
 
 /* Which of the rows have bond k open; 0: none. */
@@ -23467,11 +23555,12 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
             p->size_by[b] += pdi_limiter_size_by(step, step_by);
         }
     }
-    if (!(f->cut[i] > 0.0f)) return;
+    int64_t place = f->place[i];
+    if (place < 0) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double rate = f->wall_grad_rate[d * total + i];
-            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[d * total + i] - rate * c;
+            double rate = f->wall_grad_rate[place * PD_DIM + d];
+            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[place * PD_DIM + d] - rate * c;
         }
         return;
     }
@@ -25072,7 +25161,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pdi_diffusion_update(ctx, &t->diffusion);
+    PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
@@ -25108,12 +25197,12 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     int64_t total = transport->grid->total;
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
-    PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, upwinded, total, "1");
-    PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, work, 2 * total, "");
-    PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    PDI_RAW(owner, transport, old, total, "mol/m3");
+    PDI_RAW(owner, transport, upwinded, total, "1");
+    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    PDI_RAW(owner, transport, work, 2 * total, "");
+    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
+    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
     if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
     if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
@@ -49774,7 +49863,10 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    t.diffusion.capacity = plan->bonds.capacity;
+    t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &t.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);

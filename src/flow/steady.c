@@ -347,7 +347,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
-    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
+    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }

@@ -254,7 +254,10 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    t.diffusion.capacity = plan->bonds.capacity;
+    t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &t.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);

@@ -69,9 +69,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
-                        PD_KRYLOV_MORE + 1, d->restart);
+    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -111,10 +109,10 @@ PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kr
 }
 PDI_COLD_END
 
-/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+/* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -143,13 +141,16 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 }
 
 /* Columns of the basis as it is now. */
-static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+static int pdi_krylov_room(const pd_krylov *krylov)
+{
+    return krylov->desc.restart + krylov->chunks * krylov->grow;
+}
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
-    if (columns > krylov->desc.most) return 0;
+    int columns = pdi_krylov_room(krylov) + krylov->grow;
+    if (columns > krylov->desc.most || !krylov->grow) return 0;
     pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
                                  &krylov->more[krylov->chunks]);
     if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
@@ -182,12 +183,12 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : at / restart - 1;
+    *chunk = at < restart ? -1 : (at - restart) / grow;
     if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
     if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * (at % restart + (flexible ? restart : 0));
+    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -305,10 +306,10 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
     if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
 }
 
-/* What was `room` becomes a vector that callbacks write to. */
+/* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->desc.n, room);
+    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
@@ -676,6 +677,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
     run.v = pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, 1);
+    pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
+    pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */

@@ -13,7 +13,7 @@
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 32
+#define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
@@ -29,8 +29,8 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
-    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
-                         * restarts; 0: restart. Where memory is refused it restarts */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
+                         * restart. Where memory is refused it restarts */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -54,8 +54,9 @@ typedef struct pd_krylov {
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
 } pd_krylov;
 

@@ -43,7 +43,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_ARRAY(owner, mg, store, pdi_multigrid_store(mg), "1");
+    PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -89,6 +89,14 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
+/* Zeros in the pads of a padded array of the store, or in all of it. */
+static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
+{
+    int64_t cells = mg->level[0].cells, pad = mg->pad;
+    memset(values - pad, 0, (size_t)(all ? cells + 2 * pad : pad) * sizeof *values);
+    if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
+}
+
 PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
@@ -100,6 +108,9 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
         fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    pdi_multigrid_blank(mg, fine->x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
+    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;

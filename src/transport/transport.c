@@ -607,7 +607,7 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pdi_diffusion_update(ctx, &t->diffusion);
+    PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
@@ -643,12 +643,12 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     int64_t total = transport->grid->total;
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
-    PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, upwinded, total, "1");
-    PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, work, 2 * total, "");
-    PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
+    PDI_RAW(owner, transport, old, total, "mol/m3");
+    PDI_RAW(owner, transport, upwinded, total, "1");
+    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    PDI_RAW(owner, transport, work, 2 * total, "");
+    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
+    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
     if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
     if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
