@@ -37,6 +37,7 @@
  *     base       status codes, the one failure path, the context and the allocator.
  *     archive    the state of objects, written out or read back. One function of a module lists what steps carry on, for both
  *     owner      the arrays of an object in one list.
+ *     arena      memory that solvers share which never work at the same time.
  *     vec        small vectors and matrices. The only place that branches on PD_DIM.
  *     par        threads, ordered sums, wall clock.
  *     rng        counter-based random numbers. A number depends on (seed, stream, counter) alone: no state, no order of calls,
@@ -559,6 +560,7 @@ typedef struct pd_archive {
 #ifdef PDI_INTERNAL
 typedef enum pdi_owned_kind {
     PDI_OWNED_ARRAY, /* work, and what follows from the state */
+    PDI_OWNED_RAW,   /* an array that is written before it is read: an arena lends it without zeros */
     PDI_OWNED_STATE, /* an array that steps carry on: checkpoints keep it */
     PDI_OWNED_ROOM,  /* an array that grows: the module makes it, and the length is that of the allocation */
     PDI_OWNED_VALUE  /* a number that steps carry on */
@@ -605,11 +607,57 @@ PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const 
                   &(object)->member)
 #define PDI_ARRAY(owner, object, member, count, unit) \
     PDI_OWN(owner, PDI_OWNED_ARRAY, object, member, count, unit)
+#define PDI_RAW(owner, object, member, count, unit) PDI_OWN(owner, PDI_OWNED_RAW, object, member, count, unit)
 #define PDI_STATE(owner, object, member, count, unit) \
     PDI_OWN(owner, PDI_OWNED_STATE, object, member, count, unit)
 #define PDI_ROOM(owner, object, member, count, unit) PDI_OWN(owner, PDI_OWNED_ROOM, object, member, count, unit)
 #define PDI_VALUE(owner, object, member, unit) \
     pdi_owner_add((owner), PDI_OWNED_VALUE, #object "." #member, (unit), 1, sizeof (object)->member, &(object)->member)
+#endif
+
+#endif
+
+/* ======== >>core/arena.h ======== */
+/* arena: memory that solvers share which never work at the same time.
+ *
+ * What a solver needs for the time of a solve alone, bases, vectors and preconditioners, would else lie idle while the
+ * others work. A module names these arrays in a list of their own (owner.h). The list is not built: an arena lends its
+ * arrays for a solve and takes them back at the end of it, the last one first. Each solver asks for its room when it is
+ * built, and the largest one counts, so that a step allocates nothing.
+ *
+ *   pdi_arena_fit(ctx, arena, pdi_arena_bytes(pdi_steady_work_list, steady));      in the build
+ *   PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_work_list, steady));             in the solve
+ *   ...
+ *   status = pdi_arena_return(ctx, arena, pdi_steady_work_list, steady, status);
+ *
+ * Two that work at the same time after all find no room, or return in the wrong order: PD_ERR_INTERNAL.
+ */
+#ifndef PD_ARENA_H
+#define PD_ARENA_H
+
+/* Zero-initialise. It must not be moved while something is built that uses it. */
+typedef struct pd_arena {
+    unsigned char *block; /* [size and an alignment] */
+    size_t size;          /* [byte] that can be lent */
+    size_t used;          /* [byte] of them, from the front on */
+} pd_arena;
+
+#define pd_arena_free PD_NAME(pd_arena_free)
+
+/* No solve comes after that. */
+PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
+
+#ifdef PDI_INTERNAL
+/* [byte] that lending the arrays of a list takes; nothing has to be built. */
+PDI_FN PDI_ONCE size_t pdi_arena_bytes(pdi_list_fn list, void *object);
+/* Room for so many bytes, or what there is if that is more. PD_ERR_INTERNAL: something is lent. */
+PDI_FN PDI_ONCE pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes);
+/* Point the arrays of a list into the arena: zeros, but for those of PDI_RAW. PD_ERR_INTERNAL: there is no room. */
+PDI_FN PDI_ONCE pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object);
+/* Take them back: their pointers become NULL. Returns `status`, or when that is no error PD_ERR_INTERNAL: they are not
+ * what was lent last. */
+PDI_FN PDI_ONCE pd_status pdi_arena_return(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object,
+                                           pd_status status);
 #endif
 
 #endif
@@ -1120,7 +1168,7 @@ typedef struct pd_spans {
 /* Solid nodes belong to them: they dissolve. */
 PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *spans);
 PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *spans);
-/* Take packed [components][nodes] from full [components][total], and bring it back: what lies between stays. */
+/* Take packed [components][nodes] from full [components][total], and bring it back, with zeros between. */
 PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *full,
                            double *packed);
 PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *packed,
@@ -1795,10 +1843,10 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 32
+#define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
@@ -1811,8 +1859,8 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
-    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
-                         * restarts; 0: restart. Where memory is refused it restarts */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
+                         * restart. Where memory is refused it restarts */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1836,8 +1884,9 @@ typedef struct pd_krylov {
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
 } pd_krylov;
 
@@ -1860,6 +1909,8 @@ static inline double pdi_krylov_forcing(double left)
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+/* The same but for the vectors, pdi_krylov_list: an arena lends them for each solve. */
+PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
@@ -1876,7 +1927,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                   const double *b, double *x, pd_krylov_result *result);
 
-/* Arrays of a pd_krylov, and one without them, which can be counted. */
+/* Vectors of a pd_krylov, and one without them, which can be counted. */
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif
@@ -2084,6 +2135,9 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
+                             * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
+                             * its own */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
@@ -2093,7 +2147,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
-    int32_t *mark;  /* [cells + 3] counts and marks of the setup */
+    int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
@@ -2122,9 +2176,13 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
  * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
-/* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
+/* Arrays of the finest level of a pd_multigrid, those of a setup, and a multigrid without any, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+/* With an arena: the arrays of the finest level have been lent, and will be returned. A setup has to follow. */
+PDI_FN void pdi_multigrid_open(pd_multigrid *mg);
+PDI_FN void pdi_multigrid_close(pd_multigrid *mg);
 #endif
 
 #endif
@@ -2156,10 +2214,11 @@ typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
 } pdi_compact_faces;
 
-/* Arrays of a pd_compact, and one without them, which can be counted. */
+/* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be
+ * counted. */
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_compact_face_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *compact);
-PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
 /* What becomes of the convective term. */
 typedef struct pdi_compact_convection {
     const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
@@ -2172,7 +2231,6 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *stencil, double share, double *
 PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
-PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* 1: single precision does not do. The rounding of a field is a share eps of the field and changes from cell to cell,
  * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
  * which may change over the whole box. */
@@ -2696,8 +2754,9 @@ typedef struct pdi_jacobian_step {
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
 } pdi_jacobian_step;
-/* Arrays of a pd_jacobian. */
+/* Arrays of a pd_jacobian that the build makes, and those that are lent for a solve. */
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
 /* Linearise about the state that the flow was prepared with last (pdi_flow_prepare). */
@@ -2787,21 +2846,26 @@ typedef struct pd_steady_desc {
     int max_newton;     /* 0: as many as make progress */
     int max_krylov;     /* of one Newton step; 0: 300 */
     int restart;        /* GMRES; 0: 20 */
+    pd_arena *arena;    /* lends what a solve needs for its time, and may lend it to others at other times. Borrowed;
+                         * NULL: one of its own */
 } pd_steady_desc;
 
 typedef struct pd_steady {
     pd_steady_desc desc;
     pd_flow *flow;
-    pd_compact compact_u, compact_p;
-    pd_multigrid mg_u, mg_p, mg_seep;
-    pd_multigrid mg_d;                  /* of short steps in time, see precond.h */
+    pd_arena own;                       /* without one from the desc */
+    int held;                           /* solves, one within the other, for which is lent what has `lent` below */
+    pd_compact compact;                 /* in a setup */
+    pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
+    pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
     pd_krylov krylov;
     pd_jacobian jacobian;
-    double *residual;                   /* [PD_DIM+1][total] [-] scaled */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
-    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work */
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
+    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
+    int32_t worst;                      /* the node with the largest residual of the last solve */
     double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
@@ -2832,21 +2896,25 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #ifdef PDI_INTERNAL
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
-/* The node with the largest residual of the last solve, which has failed. */
-PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 /* After stages: the potential of the flow, where bond fluxes alone are not free of divergence (eq. 4.2c, 4.10b). */
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
-/* Arrays of a pd_steady, beside those of its solvers. */
+/* Arrays of a pd_steady that the build makes, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
-/* What its GMRES is built with; defaults are filled in. */
-PDI_FN void pdi_steady_krylov(pd_steady *steady, pd_krylov_desc *desc);
+/* Its solvers, from desc and flow, without arrays; and then the [byte] that a solve needs for its time. */
+PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *steady);
+PDI_FN size_t pdi_steady_room(pd_steady *steady);
+PDI_FN pd_arena *pdi_steady_arena(pd_steady *steady);
+/* Hold what a solve needs from here on until the release, so that stages in a row share a preconditioner. Returns
+ * `status`, or an error. */
+PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *steady);
+PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Make ready for pdi_steady_stage. */
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady);
+/* Make ready for pdi_steady_stage, once: room in the arena, and `more` [byte] for whoever takes the steps. */
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
  * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
- * stage is as good for this one. PD_RETRY: not reached, flow holds no solution. */
+ * stage is as good for this one, and was held since. PD_RETRY: not reached, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
                                   int again, pd_steady_result *result);
 #endif
@@ -2904,7 +2972,7 @@ typedef struct pd_implicit {
     pd_steady *steady;     /* solves the stages */
     double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
     double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
-    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
+    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double last;           /* [s] the last step; 0: the next step does not use it */
@@ -2929,8 +2997,9 @@ PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_implicit. */
+/* Arrays of a pd_implicit that the build makes, and the [byte] that a step needs beside those of the steady solver. */
 PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object);
+PDI_FN size_t pdi_implicit_room(pd_implicit *implicit);
 #endif
 
 #endif
@@ -3155,12 +3224,16 @@ typedef struct pd_diffusion {
     const pd_bonds *bonds;
     double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
     double flattest;                    /* [-] square of the longest bond, in cells, to the next plane of the lattice */
-    float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
-                                         * xy, yy, xz, yz, zz */
-    float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
+    int32_t *place;                     /* [total] where the numbers of a node stand that has cut bonds, or of a ghost
+                                         * that stands for one; -1: it has none */
+    int32_t capacity, used;             /* of places; those from `used` on were never taken */
+    int32_t *spare, spares;             /* [capacity] places that nodes have left */
+    float *tensor;                      /* [capacity][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7): xx, xy, yy, xz,
+                                         * yz, zz */
+    float *metal;                       /* [capacity][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
                                          * surface; or NULL */
-    float *facing;                      /* [total][PD_DIM] [-] the normal of that surface in cells, or NULL */
-    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    float *facing;                      /* [capacity][PD_DIM] [-] the normal of that surface in cells, or NULL */
+    int metals;                         /* 1: there are those two */
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
     uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
@@ -3168,11 +3241,11 @@ typedef struct pd_diffusion {
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
     double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
-    double *wall_value, *wall_rest;     /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
-                                         * `wall_source` is beside `wall_rate` times that; or NULL */
-    double *wall_grad, *wall_grad_rate; /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - rate c to the
+    double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
+                                         * what `wall_source` is beside `wall_rate` times that; or NULL */
+    double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
                                          * gradient at their node; or NULL */
-    uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
+    uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
 } pd_diffusion;
@@ -3182,13 +3255,14 @@ typedef struct pd_diffusion {
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
                                      pd_diffusion *diffusion);
 /* After pd_bonds_update. */
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
 /* `held` gives other values than before, on the same surfaces. */
 PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
-/* Arrays of a pd_diffusion. */
+/* Arrays of a pd_diffusion by the lattice, and by the places. */
 PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
@@ -3201,7 +3275,8 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
 {
-    return d->wall_rate ? d->wall_rate[i] * ((d->wall_value[i] - c) - rest) + d->wall_rest[i] : 0.0;
+    if (!d->wall_rate || d->place[i] < 0) return 0.0;
+    return d->wall_rate[i] * ((d->wall_value[d->place[i]] - c) - rest) + d->wall_rest[d->place[i]];
 }
 #endif
 
@@ -3313,27 +3388,24 @@ PDI_FN void pdi_rest_apply(const pd_ctx *ctx, const pdi_rest *rest, const double
 #ifndef PD_LIMITER_H
 #define PD_LIMITER_H
 
+/* The first three are borrowed. */
 typedef struct pd_limiter {
     const pd_bonds *bonds;
     const pd_boundary *boundary;
     const pd_diffusion *diffusion;
-    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
-    double *factor; /* [total] [-] images included; ghosts of inlets 1 */
+    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included; lent for a step */
+    double *factor; /* [total] [-] images included; ghosts of inlets 1; lent, too */
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_limiter. */
 PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
-/* Both are borrowed. */
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
-                                   pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
 /* Derivatives of `factor` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
  * both sides counts, or their mean, for all x: they are linear in x. */
 PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, const double *c, const double *x,
                                double least, double *factor_by, double *slope_by);
-PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
 #endif
@@ -3356,10 +3428,11 @@ typedef struct pd_flux {
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
     int even;                      /* ... 1: it is */
-    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
+    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from; lent
+                                    * for a step */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
-                                    * anew takes no longer than reading them, and for fluid at rest */
+                                    * anew takes no longer than reading them, and for fluid at rest; lent, too */
     pd_conductance conductance;    /* of the bonds of rows */
     const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
                                     * constant; else NULL */
@@ -3371,7 +3444,7 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_flux by the lattice. */
+/* Arrays of a pd_flux that are lent for a step. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
@@ -3447,8 +3520,11 @@ typedef struct pd_inverse {
 } pd_inverse;
 
 #ifdef PDI_INTERNAL
-/* flux and spread are given. desc: of pdi_compact_multigrid. */
-PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *inverse);
+/* Without arrays: flux and its bonds and flow are given. desc: of pdi_compact_multigrid, with an arena. */
+PDI_FN pd_status pdi_inverse_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *inverse);
+/* Arrays that are lent for a step, and the [byte] that a setup needs beside. */
+PDI_FN void pdi_inverse_list(pdi_owner *owner, void *object);
+PDI_FN size_t pdi_inverse_room(pd_inverse *inverse);
 PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *inverse);
 /* For steps with the term `rate` [1/s] in time, where `pinned_count` nodes hold their concentration. */
 PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *inverse, double rate, const int32_t *pinned,
@@ -3492,6 +3568,8 @@ typedef struct pd_transport_desc {
     double limiter_tolerance; /* [-] relative change of the field by a whole one of them at which they stop; 0: 1e-10 */
     int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
                              * it, steps are refused, fluxes are 0 */
+    pd_arena *arena;        /* lends what a step needs for its time, and may lend it to others at other times. Borrowed;
+                             * NULL: one of its own */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -3503,27 +3581,31 @@ typedef struct pd_transport {
     pd_boundary boundary;
     pd_limiter limiter;     /* with a flow */
     pd_flux flux;        /* fluxes of the bonds, from all of these */
+    pd_arena own;           /* without one from the desc */
+    int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
+                             * parts */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
-    double *old;            /* [total] [mol/m3] start of the step, work */
+    double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field at the start of the step */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
-    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds; lent */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep */
-    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
+                             * the nodes keep; lent */
+    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent */
+    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
     int32_t pinned_count;
@@ -3582,16 +3664,21 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 #ifdef PDI_INTERNAL
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 PDI_FN int pdi_transport_rests(const pd_transport *transport);
-/* Arrays of a pd_transport, beside those of its parts. */
+/* Arrays of a pd_transport that the build makes, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
-/* What its solvers are built with. */
-PDI_FN void pdi_transport_solvers(const pd_transport *transport, pd_krylov_desc *krylov, pd_multigrid_desc *mg);
+/* Its solvers, from desc, grid, bonds and flow, without arrays; and then the [byte] that a step needs for its time. */
+PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *transport);
+PDI_FN size_t pdi_transport_room(pd_transport *transport);
+/* Hold what a step needs from here on until the release. Returns `status`, or an error. */
+PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *transport);
+PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_status status);
 /* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
- * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
+ * at the end. All is held. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes.
+ * carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
 /* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
- * last one. A negative one and PD_RETRY put c back. */
+ * last one, always after a begin. A negative one and PD_RETRY put c back. */
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */
@@ -3668,8 +3755,6 @@ PDI_FN double pdi_explicit_rate(const pd_transport *transport, int32_t i);
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 
 #ifdef PDI_INTERNAL
-/* Where the balance lacks most after pd_transport_steady: a node. */
-PDI_FN int32_t pdi_settle_worst(const pd_transport *transport);
 /* The largest defect of a steady field. */
 #define PDI_SETTLE_DEFECT 1e-6
 #endif
@@ -8446,6 +8531,7 @@ typedef struct pd_model {
     pd_bonds bonds;
     pd_paths paths;           /* of `across`; both absent when nothing asks for surfaces */
     pd_inlet inlet;
+    pd_arena arena;           /* of flow and transport, which never solve at the same time */
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
     pd_quasi_steady quasi;
@@ -9489,6 +9575,124 @@ PDI_FN pd_status pdi_owner_store(pd_ctx *ctx, pdi_list_fn list, void *object, pd
     pdi_owner_walk(&owner, list, object);
     return owner.status;
 }
+
+/* ======== >>core/arena.c ======== */
+/* arena: see arena.h */
+#include <string.h>
+
+/* [byte] Arrays begin at multiples of this: a line of the cache. */
+#define PDI_ARENA_LINE ((size_t)64)
+
+static size_t pdi_arena_size(const pdi_owned *entry)
+{
+    size_t bytes = (size_t)(entry->count ? entry->count : 1) * entry->size;
+    return (bytes + PDI_ARENA_LINE - 1) / PDI_ARENA_LINE * PDI_ARENA_LINE;
+}
+
+static void pdi_arena_take_bytes(pdi_owner *owner, const pdi_owned *entry)
+{
+    owner->bytes += (int64_t)pdi_arena_size(entry);
+}
+
+PDI_FN size_t pdi_arena_bytes(pdi_list_fn list, void *object)
+{
+    pdi_owner owner;
+    memset(&owner, 0, sizeof owner);
+    owner.take = pdi_arena_take_bytes;
+    list(&owner, object);
+    return (size_t)owner.bytes;
+}
+
+PDI_FN pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes)
+{
+    if (arena->used)
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "room is asked for while %.4g MB are lent",
+                        (double)arena->used * 1e-6);
+    if (arena->block && bytes <= arena->size) return PD_OK;
+    PDI_TRY(PDI_GROW(ctx, "arena", arena->size + PDI_ARENA_LINE, bytes + PDI_ARENA_LINE, arena->block));
+    arena->size = bytes;
+    return PD_OK;
+}
+
+void pd_arena_free(pd_ctx *ctx, pd_arena *arena)
+{
+    PDI_DELETE(ctx, arena->size + PDI_ARENA_LINE, arena->block);
+    memset(arena, 0, sizeof *arena);
+}
+
+/* The first byte that can be lent. */
+static unsigned char *pdi_arena_front(const pd_arena *arena)
+{
+    return arena->block + (PDI_ARENA_LINE - (size_t)((uintptr_t)arena->block % PDI_ARENA_LINE)) % PDI_ARENA_LINE;
+}
+
+/* A walk of lending or returning: owner->bytes is where the next array begins. */
+typedef struct pdi_arena_walk {
+    pdi_owner owner; /* first, as the walk gets its address */
+    const pd_arena *arena;
+    int wrong; /* 1: an array does not stand where it was lent */
+} pdi_arena_walk;
+
+static void pdi_arena_take_lend(pdi_owner *owner, const pdi_owned *entry)
+{
+    const pdi_arena_walk *walk = (const pdi_arena_walk *)(void *)owner;
+    void *at = pdi_arena_front(walk->arena) + owner->bytes;
+    size_t size = pdi_arena_size(entry);
+    if (entry->kind != PDI_OWNED_RAW) memset(at, 0, size);
+    memcpy(entry->at, &at, sizeof at);
+    owner->bytes += (int64_t)size;
+}
+
+static void pdi_arena_take_return(pdi_owner *owner, const pdi_owned *entry)
+{
+    pdi_arena_walk *walk = (pdi_arena_walk *)(void *)owner;
+    void *wanted = pdi_arena_front(walk->arena) + owner->bytes, *at, *none = NULL;
+    size_t size = pdi_arena_size(entry);
+    memcpy(&at, entry->at, sizeof at);
+    walk->wrong = walk->wrong || at != wanted;
+#ifdef PD_DEBUG
+    if (at == wanted) memset(at, 0xff, size); /* no number: who reads on shows */
+#endif
+    memcpy(entry->at, &none, sizeof none);
+    owner->bytes += (int64_t)size;
+}
+
+static int pdi_arena_go(const pd_arena *arena, void (*take)(pdi_owner *, const pdi_owned *), pdi_list_fn list,
+                        void *object, size_t from)
+{
+    pdi_arena_walk walk;
+    memset(&walk, 0, sizeof walk);
+    walk.owner.take = take;
+    walk.owner.bytes = (int64_t)from;
+    walk.arena = arena;
+    list(&walk.owner, object);
+    return walk.wrong;
+}
+
+PDI_FN pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object)
+{
+    size_t bytes = pdi_arena_bytes(list, object);
+    if (!arena->block || bytes > arena->size - arena->used)
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
+                        "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
+                        (double)arena->size * 1e-6);
+    pdi_arena_go(arena, pdi_arena_take_lend, list, object, arena->used);
+    arena->used += bytes;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_arena_return(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object, pd_status status)
+{
+    size_t bytes = pdi_arena_bytes(list, object);
+    int wrong = bytes > arena->used;
+    if (!wrong) wrong = pdi_arena_go(arena, pdi_arena_take_return, list, object, arena->used - bytes);
+    arena->used = wrong ? 0 : arena->used - bytes;
+    if (!wrong || status < 0) return status;
+    return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "what is returned is not what was lent last: two solvers work at "
+                    "the same time");
+}
+
+#undef PDI_ARENA_LINE
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -11946,6 +12150,14 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
+/* Zeros in a full vector behind run k of a component, up to the next one; in front of the first one, too. */
+static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
+{
+    int32_t behind = s->first[k] + s->length[k], next = k + 1 < s->count ? s->first[k + 1] : s->total;
+    memset(full + behind, 0, (size_t)(next - behind) * sizeof *full);
+    if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
+}
+
 /* From one layout to the other, run by run. */
 static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
                           int pack)
@@ -11957,6 +12169,7 @@ static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, 
         int32_t span = k % s->count;
         int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
         memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
+        if (!pack) pdi_span_between(s, span, to + c * s->total);
     }
 }
 
@@ -15109,6 +15322,7 @@ typedef struct pdi_krylov_run {
     void *user;
     const double *b;
     double *x;
+    double *v, *w; /* GMRES: [n] the two work vectors, which change their places */
     double b_norm, target;
     pd_krylov_result *result;
 } pdi_krylov_run;
@@ -15129,9 +15343,14 @@ PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
     pd_krylov *krylov = (pd_krylov *)object;
     int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
+    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
+    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+}
+
+static void pdi_krylov_small_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
-    if (basis && krylov->desc.compressed) PDI_ARRAY(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_ARRAY(owner, krylov, basis, basis, "1");
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -15150,9 +15369,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
-                        PD_KRYLOV_MORE + 1, d->restart);
+    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -15162,7 +15379,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = d->spans ? 4 : 3;
+        krylov->vectors = 2;
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
         krylov->columns = d->restart;
         break;
@@ -15175,19 +15392,27 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     pd_status status = pdi_krylov_plan(ctx, desc, krylov);
+    if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_small_list, krylov);
+    if (status < 0) memset(krylov, 0, sizeof *krylov);
+    return status;
+}
+
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+{
+    pd_status status = pdi_krylov_prepare(ctx, desc, krylov);
     if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
     if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
 PDI_COLD_END
 
-/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+/* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -15216,13 +15441,16 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 }
 
 /* Columns of the basis as it is now. */
-static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+static int pdi_krylov_room(const pd_krylov *krylov)
+{
+    return krylov->desc.restart + krylov->chunks * krylov->grow;
+}
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
-    if (columns > krylov->desc.most) return 0;
+    int columns = pdi_krylov_room(krylov) + krylov->grow;
+    if (columns > krylov->desc.most || !krylov->grow) return 0;
     pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
                                  &krylov->more[krylov->chunks]);
     if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
@@ -15240,6 +15468,7 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     pdi_krylov_trim(ctx, krylov);
     pdi_owner_free(ctx, pdi_krylov_list, krylov);
+    pdi_owner_free(ctx, pdi_krylov_small_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
 
@@ -15254,12 +15483,12 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : at / restart - 1;
+    *chunk = at < restart ? -1 : (at - restart) / grow;
     if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
     if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * (at % restart + (flexible ? restart : 0));
+    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -15361,14 +15590,13 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
-/* The entries of a full vector that the basis has: the vector itself, or a copy that the next call overwrites. */
-static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full)
+/* The entries of a full vector that the basis has: the vector itself, or a copy in `room`, whose content is lost. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (!d->spans) return full;
-    double *packed = pdi_krylov_vector(run, 3);
-    pdi_spans_pack(run->ctx, d->spans, d->components, full, packed);
-    return packed;
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, room);
+    return room;
 }
 
 /* Bring them to a full vector, which is zero between. */
@@ -15376,7 +15604,12 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
-    else if (packed != full) pdi_krylov_copy(run, packed, full);
+}
+
+/* What was `room` becomes a vector that callbacks write to: zero where they do not. */
+static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
+{
+    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
@@ -15396,9 +15629,10 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */
-static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
+static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *room,
+                               double *v)
 {
-    double *sum = run->k->desc.spans ? pdi_krylov_vector(run, 3) : v;
+    double *sum = run->k->desc.spans ? room : v;
     pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
         pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
@@ -15492,17 +15726,59 @@ static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
     return s;
 }
 
-/* One cycle from the residual in work vector 0 (norm beta). The correction is added to x; work vector 1 keeps the x
- * before. */
-static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
+static void pdi_krylov_swap(pdi_krylov_run *run)
+{
+    double *v = run->v;
+    run->v = run->w;
+    run->w = v;
+}
+
+/* w, packed = A M^-1 v. The preconditioned vector, v and what is packed take their turns in two vectors. */
+static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double *unit)
+{
+    if (!run->precond) {
+        pdi_krylov_apply(run, run->v, run->w);
+        pdi_krylov_swap(run); /* v is that vector */
+        return pdi_krylov_pack(run, run->v, run->w);
+    }
+    pdi_krylov_precond(run, run->v, run->w);
+    if (flexible) {
+        double *packed = pdi_krylov_pack(run, run->w, run->v);
+        if (j == 0) *unit = pdi_krylov_unit(run, packed);
+        pdi_krylov_keep(run, *unit, packed, pdi_krylov_flexible(run->k) + j);
+        pdi_krylov_unpack(run, packed, run->w);
+        pdi_krylov_clear(run, run->v);
+    }
+    pdi_krylov_apply(run, run->w, run->v);
+    return pdi_krylov_pack(run, run->v, run->w);
+}
+
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
+{
+    int first = flexible ? pdi_krylov_flexible(run->k) : 0;
+    pdi_krylov_combine(run, first, count, y, run->w, run->v);
+    if (run->precond && !flexible) {
+        pdi_krylov_clear(run, run->w);
+        pdi_krylov_precond(run, run->v, run->w);
+        pdi_krylov_swap(run);
+    }
+    if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    pdi_krylov_copy(run, run->x, run->w);
+    pdi_krylov_axpy(run, 1.0, run->v, run->x);
+    return PD_OK;
+}
+
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
     int flexible = d->flexible && run->precond, count = 0;
     pdi_krylov_dense s = pdi_krylov_look(run->k);
-    double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
-    double unit = 1.0, *packed = pdi_krylov_pack(run, v);
+    double unit = 1.0, *packed = pdi_krylov_pack(run, run->v, run->w);
     pdi_krylov_keep(run, 1.0 / beta, packed, 0);
-    pdi_krylov_unpack(run, packed, v);
+    pdi_krylov_unpack(run, packed, run->v);
+    pdi_krylov_clear(run, run->w);
     s.g[0] = beta;
     while (run->result->iterations < d->max_iterations) {
         int j = count;
@@ -15513,15 +15789,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         }
         double *h = s.hess + pdi_krylov_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
-        pdi_krylov_precond(run, v, z);
-        if (flexible) {
-            packed = pdi_krylov_pack(run, z);
-            if (j == 0) unit = pdi_krylov_unit(run, packed);
-            pdi_krylov_keep(run, unit, packed, pdi_krylov_flexible(run->k) + j);
-            pdi_krylov_unpack(run, packed, z);
-        }
-        pdi_krylov_apply(run, z, w);
-        packed = pdi_krylov_pack(run, w);
+        packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
@@ -15532,31 +15800,23 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
-        pdi_krylov_unpack(run, packed, v);
+        pdi_krylov_unpack(run, packed, run->v);
+        pdi_krylov_clear(run, run->w);
     }
     pdi_krylov_back(count, s.hess, s.g, s.y);
-    if (flexible) pdi_krylov_combine(run, pdi_krylov_flexible(run->k), count, s.y, z);
-    else {
-        pdi_krylov_combine(run, 0, count, s.y, v);
-        pdi_krylov_precond(run, v, z);
-    }
-    if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
-    pdi_krylov_copy(run, run->x, w);
-    pdi_krylov_axpy(run, 1.0, z, run->x);
-    return PD_OK;
+    return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
-static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
+static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    double *r = pdi_krylov_vector(run, 0);
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, r);
+        double fresh = pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, pdi_krylov_vector(run, 1), run->x);
+            pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
@@ -15678,7 +15938,7 @@ PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    double *r = pdi_krylov_vector(run, 0);
+    double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
@@ -15715,6 +15975,10 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
+    run.v = pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, 1);
+    pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
+    pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */
@@ -16536,12 +16800,17 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_ARRAY(owner, mg, store, pdi_multigrid_store(mg), "1");
+    PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
-    PDI_ARRAY(owner, mg, mark, fine->cells + 3, "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
     if (wraps) PDI_ARRAY(owner, fine, edge, fine->cells, "1");
+}
+
+PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
+{
+    pd_multigrid *mg = (pd_multigrid *)object;
+    PDI_ARRAY(owner, mg, mark, mg->level[0].cells + 3, "1");
 }
 
 static void pdi_multigrid_edges(pd_smoother_level *fine)
@@ -16577,11 +16846,18 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+/* Zeros in the pads of a padded array of the store, or in all of it. */
+static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
 {
+    int64_t cells = mg->level[0].cells, pad = mg->pad;
+    memset(values - pad, 0, (size_t)(all ? cells + 2 * pad : pad) * sizeof *values);
+    if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
+}
+
+PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
+{
+    const pd_multigrid_desc *desc = &mg->desc;
     pd_smoother_level *fine = &mg->level[0];
-    PDI_TRY(pdi_multigrid_plan(ctx, desc, mg));
-    PDI_TRY(pdi_owner_build(ctx, pdi_multigrid_list, mg));
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
@@ -16589,6 +16865,9 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
         fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    pdi_multigrid_blank(mg, fine->x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
+    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
@@ -16598,19 +16877,32 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     }
     pdi_multigrid_edges(fine);
     fine->end = fine->begin + cells / fine->n[0];
-    return PD_OK;
+}
+
+PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
+{
+    pd_smoother_level *fine = &mg->level[0];
+    mg->levels = 0;
+    fine->x = fine->b = fine->r = fine->inv = fine->excess = NULL;
+    fine->sum = NULL;
+    fine->end = NULL;
+    for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
 }
 
 PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
-    pd_status status = pdi_multigrid_make(ctx, desc, mg);
+    pd_status status = pdi_multigrid_plan(ctx, desc, mg);
+    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_mark_list, mg);
+    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_list, mg);
     if (status < 0) pdi_multigrid_free(ctx, mg);
+    if (status == PD_OK && !desc->arena) pdi_multigrid_open(mg);
     return status;
 }
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
+    pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
@@ -16734,7 +17026,7 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
     }
 }
 
-static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_coarsen how;
     how.symmetric = mg->desc.symmetric;
@@ -16748,6 +17040,14 @@ static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
         mg->levels = l + 2;
     }
     return PD_OK;
+}
+
+static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    if (!arena) return pdi_multigrid_descend(ctx, mg);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_multigrid_mark_list, mg));
+    return pdi_arena_return(ctx, arena, pdi_multigrid_mark_list, mg, pdi_multigrid_descend(ctx, mg));
 }
 
 PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
@@ -16942,12 +17242,17 @@ PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i)
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object)
 {
     pd_compact *compact = (pd_compact *)object;
-    PDI_ARRAY(owner, compact, active, compact->cells, "1");
-    PDI_ARRAY(owner, compact, wall, compact->cells, "1");
-    PDI_ARRAY(owner, compact, mass, compact->cells, "1/s");
+    PDI_RAW(owner, compact, active, compact->cells, "1");
+    PDI_RAW(owner, compact, wall, compact->cells, "1");
+    PDI_RAW(owner, compact, mass, compact->cells, "1/s");
+}
+
+PDI_FN void pdi_compact_face_list(pdi_owner *owner, void *object)
+{
+    pd_compact *compact = (pd_compact *)object;
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_ARRAY(owner, compact, conduct[d], compact->cells, "1/s");
-        if (compact->with_flux) PDI_ARRAY(owner, compact, flux[d], compact->cells, "1/s");
+        PDI_RAW(owner, compact, conduct[d], compact->cells, "1/s");
+        if (compact->with_flux) PDI_RAW(owner, compact, flux[d], compact->cells, "1/s");
     }
 }
 
@@ -16958,12 +17263,6 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     c->cells = 1;
     for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
     c->with_flux = with_flux;
-}
-
-PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
-{
-    pdi_compact_plan(grid, with_flux, c);
-    return pdi_owner_build(ctx, pdi_compact_list, c);
 }
 
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
@@ -17074,12 +17373,6 @@ PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
     desc->contrast = pdi_compact_contrast(grid->n, grid->h);
     desc->first = pd_grid_node(grid, origin);
     desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
-}
-
-PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
-{
-    pdi_owner_free(ctx, pdi_compact_list, c);
-    memset(c, 0, sizeof *c);
 }
 
 PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread)
@@ -19215,10 +19508,16 @@ PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object)
 {
     pd_jacobian *jacobian = (pd_jacobian *)object;
     if (!jacobian->flow) return;
-    int64_t total = jacobian->flow->grid->total, count = jacobian->flow->bonds->stencil->count;
+    int64_t count = jacobian->flow->bonds->stencil->count;
     PDI_ARRAY(owner, jacobian, weight, count * PDI_JACOBIAN_WEIGHTS, "1");
-    PDI_ARRAY(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
-    PDI_ARRAY(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
+}
+
+PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object)
+{
+    pd_jacobian *jacobian = (pd_jacobian *)object;
+    int64_t total = jacobian->flow ? jacobian->flow->grid->total : 0;
+    PDI_RAW(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
+    PDI_RAW(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, jacobian, divergence, total, "1/s");
 }
 
@@ -20017,35 +20316,49 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+/* The coefficients of one multigrid after the other pass through `compact`. */
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity, pressure;
     pdi_compact_convection moving, resting;
-    s->shift = shift;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, &s->compact_u);
-    pd_compact *u = &s->compact_u, *p = &s->compact_p;
+    pd_compact *c = &s->compact;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, p);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
-                                (const float *const *)u->flux, u->wall, u->mass));
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    double damping = pdi_precond_damping(s->flow, shift);
+    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
+                                (const float *const *)c->flux, c->wall, c->mass));
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
-    return pdi_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, c);
+    return pdi_multigrid_setup(ctx, &s->mg_d, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+}
+
+static void pdi_steady_compact_list(pdi_owner *owner, void *object)
+{
+    pdi_compact_list(owner, object);
+    pdi_compact_face_list(owner, object);
+}
+
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+{
+    pd_arena *arena = pdi_steady_arena(s);
+    s->shift = shift;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_compact_list, &s->compact));
+    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, pdi_steady_fill(ctx, s));
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -20121,10 +20434,35 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
     pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
 }
 
-PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
+PDI_COLD_BEGIN
+PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
 {
-    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    pd_steady *steady = (pd_steady *)object;
+    int64_t total = steady->flow ? steady->flow->grid->total : 0;
+    PDI_STATE(owner, steady, potential, total, "m2/s");
+    PDI_VALUE(owner, steady, norm0, "1");
+}
+
+/* What is lent for a solve. */
+static void pdi_steady_work_list(pdi_owner *owner, void *object)
+{
+    pd_steady *steady = (pd_steady *)object;
+    int64_t total = steady->flow->grid->total;
+    PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
+    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
+    pdi_jacobian_work_list(owner, &steady->jacobian);
+    pdi_multigrid_list(owner, &steady->mg_u);
+    pdi_multigrid_list(owner, &steady->mg_p);
+    pdi_multigrid_list(owner, &steady->mg_seep);
+    if (steady->timed) pdi_multigrid_list(owner, &steady->mg_d);
+}
+
+PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
+
+static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+{
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
     kd->spans = &s->flow->bonds->spans;
@@ -20135,17 +20473,36 @@ PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->zero_guess = kd->compressed = 1;
 }
 
-PDI_COLD_BEGIN
-PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
+static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
 {
-    pd_steady *steady = (pd_steady *)object;
-    int64_t total = steady->flow ? steady->flow->grid->total : 0;
-    PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
-    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
-    PDI_STATE(owner, steady, potential, total, "m2/s");
-    PDI_VALUE(owner, steady, norm0, "1");
+    pdi_compact_multigrid(s->flow->grid, md);
+    md->arena = pdi_steady_arena(s);
+}
+
+PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
+    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    pdi_steady_krylov(s, &kd);
+    pdi_steady_multigrid(s, &md);
+    pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
+    md.symmetric = 1;
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
+    if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
+    s->jacobian.flow = s->flow;
+    return pdi_krylov_plan(ctx, &kd, &s->krylov);
+}
+
+PDI_FN size_t pdi_steady_room(pd_steady *s)
+{
+    size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
+                   pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
+    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov);
+    return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -20159,20 +20516,14 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
-    pdi_steady_krylov(s, &kd);
-    pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
-    PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
-    PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));
-    md.symmetric = 1;
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_p));
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_seep));
-    PDI_TRY(pdi_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_steady_plan(ctx, s));
+    pdi_steady_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
-    return pdi_owner_build(ctx, pdi_steady_list, s);
+    PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
+    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
 }
 
 pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -20183,29 +20534,84 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
     if (s->timed) return PD_OK;
-    pdi_compact_multigrid(s->flow->grid, &md);
+    pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
+}
+
+/* ---- what is lent ---- */
+
+/* The multigrids, of which mg_d may not be there. */
+static int pdi_steady_multigrids(pd_steady *s, pd_multigrid *mg[4])
+{
+    mg[0] = &s->mg_u;
+    mg[1] = &s->mg_p;
+    mg[2] = &s->mg_seep;
+    mg[3] = &s->mg_d;
+    return s->timed ? 4 : 3;
+}
+
+PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
+{
+    pd_multigrid *mg[4];
+    if (!s->held) {
+        PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
+        for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
+    }
+    s->held++;
     return PD_OK;
+}
+
+/* The node with the largest residual. */
+static int32_t pdi_steady_find_worst(const pd_steady *s)
+{
+    int32_t total = s->flow->grid->total, worst = 0;
+    double most = -1.0;
+    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+        if (!(fabs(s->residual[i]) > most)) continue;
+        most = fabs(s->residual[i]);
+        worst = (int32_t)(i % total);
+    }
+    return worst;
+}
+
+PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
+{
+    pd_multigrid *mg[4];
+    if (--s->held) return status;
+    s->worst = pdi_steady_find_worst(s);
+    for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
+    return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
+}
+
+/* A linear system with the right-hand side s->residual, into s->step. */
+static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply, pd_apply_fn precond,
+                                   pd_krylov_result *linear)
+{
+    pd_arena *arena = pdi_steady_arena(s);
+    pdi_steady_user user;
+    user.ctx = ctx;
+    user.steady = s;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &s->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &s->krylov, apply, precond, &user, s->residual, s->step, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
 }
 
 /* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
  * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
-    pdi_steady_user user;
     pd_krylov_result linear;
-    user.ctx = ctx;
-    user.steady = s;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_apply, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
@@ -20252,15 +20658,12 @@ static double pdi_steady_volume(const pd_flow *flow)
  * into a node as out of it, to rounding (eq. 4.10b). s->residual is the residual of the present state. */
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
-    pdi_steady_user user;
     pd_krylov_result linear;
     pd_krylov *k = &s->krylov;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
     int most = k->desc.max_iterations;
-    user.ctx = ctx;
-    user.steady = s;
     pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
@@ -20269,11 +20672,9 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
     k->desc.fixed = 1;
-    pd_status status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
-                                        &linear);
+    pd_status status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0)
-        status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+    if (status > 0) status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, NULL, &linear);
     k->desc.max_iterations = most;
     k->desc.fixed = 0;
     k->desc.atol = 0.0;
@@ -20290,20 +20691,9 @@ PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
     pd_steady_result result;
     if (!s->flow->even) return PD_OK;
     memset(&result, 0, sizeof result);
+    PDI_TRY(pdi_steady_hold(ctx, s));
     pdi_steady_residual(ctx, s, &result);
-    return pdi_steady_solenoid(ctx, s);
-}
-
-PDI_FN int32_t pdi_steady_worst(const pd_steady *s)
-{
-    int32_t total = s->flow->grid->total, worst = 0;
-    double most = -1.0;
-    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
-        if (!(fabs(s->residual[i]) > most)) continue;
-        most = fabs(s->residual[i]);
-        worst = (int32_t)(i % total);
-    }
-    return worst;
+    return pdi_steady_release(ctx, s, pdi_steady_solenoid(ctx, s));
 }
 
 /* How a solve goes: what decides on the next step. */
@@ -20371,13 +20761,11 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     return PD_OK;
 }
 
-pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pdi_steady_path path;
     int64_t start = s->flow->evaluations;
     pd_status status = PD_OK;
-    memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, s->flow));
     pdi_steady_weigh(ctx, s);
     memset(&path, 0, sizeof path);
     path.norm = path.best = pdi_steady_residual(ctx, s, result);
@@ -20401,17 +20789,21 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return pdi_steady_solenoid(ctx, s);
 }
 
-PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  int again, pd_steady_result *result)
+pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
-    pd_flow *flow = s->flow;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    PDI_TRY(pdi_steady_hold(ctx, s));
+    return pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
+}
+
+/* A stage with the rate and the target in s. */
+static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, int again, pd_steady_result *result)
+{
+    const pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
     pd_status status = PD_OK;
     double before = HUGE_VAL;
-    memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, flow));
-    s->rate = rate;
-    s->target = target;
     pdi_steady_weigh(ctx, s);
     for (;;) {
         double norm = pdi_steady_residual(ctx, s, result);
@@ -20422,16 +20814,28 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         int effort = 0;
         before = norm;
         double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
-        if (!again) status = pdi_steady_setup(ctx, s, rate);
+        if (!again) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;
         again = 1;
         status = pdi_steady_newton(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
-    s->rate = 0.0;
-    s->target = NULL;
     if (pdi_is_final(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
+}
+
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                  int again, pd_steady_result *result)
+{
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    PDI_TRY(pdi_steady_hold(ctx, s));
+    s->rate = rate;
+    s->target = target;
+    pd_status status = pdi_steady_find_stage(ctx, s, tolerance, again, result);
+    s->rate = 0.0;
+    s->target = NULL;
+    return pdi_steady_release(ctx, s, status);
 }
 
 PDI_COLD_BEGIN
@@ -20447,8 +20851,6 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive
 
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
-    pdi_compact_free(ctx, &s->compact_u);
-    pdi_compact_free(ctx, &s->compact_p);
     pdi_multigrid_free(ctx, &s->mg_u);
     pdi_multigrid_free(ctx, &s->mg_p);
     pdi_multigrid_free(ctx, &s->mg_seep);
@@ -20456,6 +20858,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_krylov_free(ctx, &s->krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
+    pd_arena_free(ctx, &s->own);
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);
 }
@@ -20507,7 +20910,7 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
                         "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
                         "refine the grid",
                         q->time, q->steady->uneven, q->steady->desc.tolerance, gross,
-                        pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place));
+                        pdi_grid_place(q->flow->grid, q->steady->worst, place));
     return PD_OK;
 }
 
@@ -20547,7 +20950,7 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
                     "lower them. %s%s", q->time, r->newton, r->momentum, r->continuity, r->excess,
-                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place), why,
+                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, q->steady->worst, place), why,
                     accept);
 }
 
@@ -20663,7 +21066,6 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
     PDI_ARRAY(owner, implicit, start, (PD_DIM + 1) * total, "");
     PDI_STATE(owner, implicit, target, PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
     PDI_VALUE(owner, implicit, time, "s");
     PDI_VALUE(owner, implicit, dt, "s");
     PDI_VALUE(owner, implicit, error, "1");
@@ -20672,6 +21074,16 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, implicit, rejected, "1");
     PDI_VALUE(owner, implicit, evaluations, "1");
 }
+
+/* What is lent for a step, below that of the steady solver. */
+static void pdi_implicit_work_list(pdi_owner *owner, void *object)
+{
+    pd_implicit *implicit = (pd_implicit *)object;
+    int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
+    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
+}
+
+PDI_FN size_t pdi_implicit_room(pd_implicit *im) { return pdi_arena_bytes(pdi_implicit_work_list, im); }
 
 static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *im)
@@ -20690,7 +21102,7 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
         im->desc.first = 1e-3 / (flow->speed / flow->length + flow->nu / (flow->length * flow->length));
     im->flow = flow;
     im->steady = steady;
-    PDI_TRY(pdi_steady_timed(ctx, steady));
+    PDI_TRY(pdi_steady_timed(ctx, steady, pdi_implicit_room(im)));
     return pdi_owner_build(ctx, pdi_implicit_list, im);
 }
 
@@ -20764,35 +21176,53 @@ static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double 
     im->last = 0.0;
 }
 
-pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+/* Both stages from the state in `start`. */
+static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_flow *flow = im->flow;
+    int64_t split = PD_DIM * (int64_t)flow->grid->total;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    pd_status status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
+    if (status != PD_OK) return status;
+    pdi_par_copy(ctx, split, flow->u, im->slope);
+    pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
+    pdi_par_copy(ctx, split, im->start, im->target);
+    pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
+    pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+    status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
+    if (status == PD_OK) im->error = pdi_implicit_error(im);
+    return status;
+}
+
+/* A step with all that is lent for it. */
+static pd_status pdi_implicit_take(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
-    if (!(dt > 0.0) || !(dt < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
-    if (!im->steps) pdi_flow_start(flow); /* the caller may have set it after the build */
     pd_status status = pdi_implicit_project(ctx, im);
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     pdi_implicit_extrapolate(ctx, im, dt);
-    if (status == PD_OK) status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
-    if (status == PD_OK) {
-        pdi_par_copy(ctx, split, flow->u, im->slope);
-        pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
-        pdi_par_copy(ctx, split, im->start, im->target);
-        pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
-        pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
-        status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
-    }
-    if (status != PD_OK) {
-        pdi_par_copy(ctx, split, im->start, flow->u);
-        pdi_par_copy(ctx, total, im->start + split, flow->p);
-        if (pdi_is_final(status) || status == PD_ERR_ARGUMENT) return status;
-        pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
-        return PD_RETRY;
-    }
-    im->error = pdi_implicit_error(im);
+    if (status == PD_OK) status = pdi_implicit_stages(ctx, im, dt);
+    if (status == PD_OK) return PD_OK;
+    pdi_par_copy(ctx, split, im->start, flow->u);
+    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+    return PD_RETRY;
+}
+
+pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_arena *arena = pdi_steady_arena(im->steady);
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+    if (!im->steps) pdi_flow_start(im->flow); /* the caller may have set it after the build */
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
+    pd_status status = pdi_steady_hold(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_take(ctx, im, dt));
+    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
+    if (status != PD_OK) return status;
     im->last = dt;
     im->time += dt;
     im->steps++;
@@ -20832,7 +21262,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
                     " refine the lattice or lower the speed", dt, im->time,
-                    pdi_grid_place(im->flow->grid, pdi_steady_worst(im->steady), place), im->desc.rtol);
+                    pdi_grid_place(im->flow->grid, im->steady->worst, place), im->desc.rtol);
 }
 
 /* ---- the process ---- */
@@ -22463,7 +22893,7 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-    if (!d->metal || group < 0) return 0;
+    if (!d->metals || group < 0) return 0;
     int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
@@ -22529,12 +22959,12 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
-    const float *cut = d->cut + bonds->node[r];
+    const int32_t *place = d->place + bonds->node[r];
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->paths.shift[k]] > 0.0f)) continue;
+        if (!pdi_bond_open(bonds, r, k) || place[bonds->paths.shift[k]] < 0) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -22581,7 +23011,7 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     enum { N = PD_DIFFUSION_TENSOR };
     double x[N];
     pdi_diffusion_cuts cuts;
-    int64_t i = d->bonds->node[r];
+    int64_t i = d->place[d->bonds->node[r]];
     pdi_diffusion_count(d, r, held, &cuts);
     /* a diagonal entry is positive where bonds are cut */
     if (cuts.walls[0] + cuts.walls[N > 1 ? 2 : 0] + cuts.walls[N - 1] > 0.0) {
@@ -22595,7 +23025,42 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = pdi_diffusion_round(cuts.normal[a]);
 }
 
-/* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
+/* ---- places ---- */
+
+static void pdi_diffusion_take(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) return;
+    PD_ASSERT(d->spares || d->used < d->capacity);
+    d->place[i] = d->spares ? d->spare[--d->spares] : d->used++;
+}
+
+static void pdi_diffusion_leave(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) d->spare[d->spares++] = d->place[i];
+    d->place[i] = -1;
+}
+
+/* The ghost k of the list has the numbers of the node that it stands for, or mirrors. */
+static int pdi_diffusion_stands(const pd_ghosts *g, int32_t k) { return k < g->images || k >= g->count; }
+
+/* Room for all rows and for the ghosts of them. *all: 1 when there is other room than before, where nothing stands. */
+static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_ghosts *g = &bonds->ghosts;
+    int64_t need = bonds->rows;
+    for (int32_t k = 0; k < g->listed; k++)
+        need += pdi_diffusion_stands(g, k) && (bonds->row[g->source[k]] >= 0 || d->place[g->source[k]] >= 0);
+    if (need <= d->capacity && d->tensor) return PD_OK;
+    need += need / 4;
+    d->used = d->spares = 0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
+    *all = 1;
+    return pdi_owner_renew(ctx, pdi_diffusion_place_list, d, &d->capacity,
+                           (int32_t)(need < INT32_MAX ? need : INT32_MAX));
+}
+
+/* What a ghost has of the tensors [capacity][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
  * off-diagonal entries change their sign. */
 static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int flip)
 {
@@ -22611,17 +23076,21 @@ static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int
 static void pdi_diffusion_ghosts(pd_diffusion *d)
 {
     const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++)
+        if (pdi_diffusion_stands(g, k) && d->place[g->source[k]] < 0) pdi_diffusion_leave(d, g->node[k]);
     for (int32_t k = 0; k < g->listed; k++) {
-        int64_t i = g->node[k], from = g->source[k];
-        if (k >= g->images && k < g->count) continue;
-        d->cut[i] = d->cut[from];
-        d->renewed[i] = d->renewed[from];
-        pdi_diffusion_mirror(d->tensor, i, from, g->odd[k]);
-        if (!d->metal) continue;
-        pdi_diffusion_mirror(d->metal, i, from, g->odd[k]);
+        int32_t i = g->node[k], source = g->source[k];
+        if (!pdi_diffusion_stands(g, k)) continue;
+        d->renewed[i] = d->renewed[source];
+        if (d->place[source] < 0) continue;
+        pdi_diffusion_take(d, i);
+        int64_t to = d->place[i], from = d->place[source];
+        pdi_diffusion_mirror(d->tensor, to, from, g->odd[k]);
+        if (!d->metals) continue;
+        pdi_diffusion_mirror(d->metal, to, from, g->odd[k]);
         for (int a = 0; a < PD_DIM; a++) {
             float value = d->facing[from * PD_DIM + a];
-            d->facing[i * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
+            d->facing[to * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
         }
     }
 }
@@ -22672,30 +23141,31 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
 {
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double x[PD_DIM], t, value;
+    int32_t i = bonds->node[r], place = d->place[i];
+    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
+    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         if (pdi_diffusion_unasked(d, r, k)) {
-            d->wall_part[i] = 1;
+            d->wall_part[place] = 1;
             continue;
         }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
-        if (!(c >= 0.0)) d->wall_part[i] = 1;
+        if (!(c >= 0.0)) d->wall_part[place] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM; a++) {
-            d->wall_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
-            d->wall_grad_rate[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+            grad[a] += s->grad[k * PD_DIM + a] / t * c;
+            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
         }
-        if (first) d->wall_value[i] = c;
+        if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
         d->wall_source[i] += value * c;
-        d->wall_rest[i] += value * (c - d->wall_value[i]);
+        d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -22713,72 +23183,89 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 /* What node i gets from held walls is renewed. */
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
-    int64_t total = d->bonds->grid->total;
-    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+    int64_t place = d->place[i];
+    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    if (place < 0) return;
+    d->wall_value[place] = d->wall_rest[place] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
     enum { N = PD_DIFFUSION_TENSOR };
+    int64_t place = d->place[i];
     d->renewed[i] = d->bonds->version;
-    for (int t = 0; t < N; t++) d->tensor[(int64_t)i * N + t] = 0.0f;
-    for (int t = 0; t < N && d->metal; t++) d->metal[(int64_t)i * N + t] = 0.0f;
-    for (int a = 0; a < PD_DIM && d->metal; a++) d->facing[(int64_t)i * PD_DIM + a] = 0.0f;
-    if (!d->wall_rate) return;
-    d->wall_part[i] = 0;
-    pdi_diffusion_release(d, i);
+    if (d->wall_rate) pdi_diffusion_release(d, i);
+    if (place < 0) return;
+    for (int t = 0; t < N; t++) d->tensor[place * N + t] = 0.0f;
+    for (int t = 0; t < N && d->metals; t++) d->metal[place * N + t] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metals; a++) d->facing[place * PD_DIM + a] = 0.0f;
+    if (d->wall_rate) d->wall_part[place] = 0;
 }
 
-/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
-static void pdi_diffusion_find(pd_diffusion *d)
+/* The same for the neighbours of node i, which has come to have cut bonds or has none any more. */
+static void pdi_diffusion_turn(pd_diffusion *d, int32_t i)
 {
     const pd_bonds *bonds = d->bonds;
-    const pd_grid *grid = bonds->grid;
-    int all = d->version == 0;
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (!all && bonds->renewed[i] <= d->version) continue;
-        float cut = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
-        int turned = d->cut[i] < cut || d->cut[i] > cut;
-        d->cut[i] = cut;
-        pdi_diffusion_clear(d, i);
-        for (int k = 0; k < bonds->stencil->count && turned && !all; k++) {
-            int at[PD_DIM];
-            pdi_grid_index(grid, i, at);
-            for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
-            pdi_grid_fold(grid, at);
-            int32_t j = pd_grid_node(grid, at);
-            if (grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
-        }
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int at[PD_DIM];
+        pdi_grid_index(bonds->grid, i, at);
+        for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
+        pdi_grid_fold(bonds->grid, at);
+        int32_t j = pd_grid_node(bonds->grid, at);
+        if (bonds->grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
     }
 }
 
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. Those
+ * that leave their places go first. */
+static void pdi_diffusion_find(pd_diffusion *d, int all)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    for (int32_t i = 0; i < total; i++) {
+        if ((!all && bonds->renewed[i] <= d->version) || d->place[i] < 0 || pdi_diffusion_cut(bonds, i)) continue;
+        pdi_diffusion_leave(d, i);
+        if (!all) pdi_diffusion_turn(d, i);
+    }
+    for (int32_t i = 0; i < total; i++) {
+        if (!all && bonds->renewed[i] <= d->version) continue;
+        int turned = d->place[i] < 0 && pdi_diffusion_cut(bonds, i);
+        if (turned) pdi_diffusion_take(d, i);
+        pdi_diffusion_clear(d, i);
+        if (turned && !all) pdi_diffusion_turn(d, i);
+    }
+}
+
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    int all = d->version == 0;
     (void)nt;
-    if (d->version == bonds->version) return;
+    if (d->version == bonds->version) return PD_OK;
     if (d->version == 0) {
         d->held_least = HUGE_VAL;
         d->held_most = -HUGE_VAL;
     }
-    pdi_diffusion_find(d);
+    PDI_TRY(pdi_diffusion_fit(ctx, d, &all));
+    pdi_diffusion_find(d, all);
     pdi_diffusion_ghosts(d);
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f) || d->renewed[i] != bonds->version) continue;
+        if (d->place[i] < 0 || d->renewed[i] != bonds->version) continue;
         pdi_diffusion_hold(d, r, d->held);
         pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
         int32_t i = bonds->node[r];
-        if (d->cut[i] > 0.0f && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
+        if (d->place[i] >= 0 && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
     }
     pdi_diffusion_ghosts(d);
     d->version = bonds->version;
+    return PD_OK;
 }
 
 PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
@@ -22788,7 +23275,7 @@ PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
     d->held_most = -HUGE_VAL;
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f)) continue;
+        if (d->place[i] < 0) continue;
         pdi_diffusion_release(d, i);
         pdi_diffusion_hold(d, r, d->held);
     }
@@ -22799,22 +23286,29 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     pd_diffusion *diffusion = (pd_diffusion *)object;
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
-    int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_ARRAY(owner, diffusion, unit, PD_DIM * diffusion->bonds->stencil->count, "1");
-    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
-    PDI_ARRAY(owner, diffusion, cut, total, "1");
+    PDI_ARRAY(owner, diffusion, place, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, facing, PD_DIM * total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
     PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_value, total, "mol/m3");
-    PDI_ARRAY(owner, diffusion, wall_rest, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_part, total, "1");
-    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * total, "mol/m4");
-    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * total, "1/m");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
+}
+
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
+{
+    pd_diffusion *diffusion = (pd_diffusion *)object;
+    int64_t count = diffusion->capacity;
+    PDI_ARRAY(owner, diffusion, spare, count, "1");
+    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
+    if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
+    PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
+    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }
 
 static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -22825,7 +23319,9 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
+    d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
         pdi_diffusion_offset(d, k, xi);
@@ -22837,8 +23333,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
-    pdi_diffusion_update(ctx, d);
-    return PD_OK;
+    return pdi_diffusion_update(ctx, d);
 }
 
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -22848,7 +23343,7 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* e^T X e of tensor i of a field of them. `along`: e e^T, entries counting as often as in the full tensor. */
+/* e^T X e of tensor i of an array of them. `along`: e e^T, entries counting as often as in the full tensor. */
 static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const double *along)
 {
     const float *tensor = tensors + i * PD_DIFFUSION_TENSOR;
@@ -22857,7 +23352,7 @@ static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const dou
     return sum;
 }
 
-/* The same of what metal beside node i adds. */
+/* The same of what metal beside the node of place i adds. */
 static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *e, const double *along)
 {
     double normal[PD_DIM];
@@ -22867,14 +23362,14 @@ static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const doubl
 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 {
-    int32_t j = i + d->bonds->paths.shift[k];
+    int32_t near = d->place[i], far = d->place[i + d->bonds->paths.shift[k]];
     const double *e = d->unit + k * PD_DIM;
     double along[PD_DIFFUSION_TENSOR];
-    if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
+    if (near < 0 || far < 0) return 0.0f;
     pdi_diffusion_pack(e, along);
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
-    double twice = pdi_diffusion_quadratic(d->tensor, i, along) + pdi_diffusion_quadratic(d->tensor, j, along);
-    if (d->metal) twice += pdi_diffusion_beside(d, i, e, along) + pdi_diffusion_beside(d, j, e, along);
+    double twice = pdi_diffusion_quadratic(d->tensor, near, along) + pdi_diffusion_quadratic(d->tensor, far, along);
+    if (d->metals) twice += pdi_diffusion_beside(d, near, e, along) + pdi_diffusion_beside(d, far, e, along);
     double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
     return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
@@ -22893,6 +23388,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     pdi_owner_free(ctx, pdi_diffusion_list, d);
+    pdi_owner_free(ctx, pdi_diffusion_place_list, d);
     pdi_media_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }
@@ -23175,7 +23671,8 @@ typedef struct pdi_limiter_sweep {
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
-    return f->cut[i] > 0.0f && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[i]);
+    int32_t place = f->place[i];
+    return place >= 0 && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[place]);
 }
 
 /* Which of the rows have bond k open; 0: none. */
@@ -23212,11 +23709,12 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
             p->size_by[b] += pdi_limiter_size_by(step, step_by);
         }
     }
-    if (!(f->cut[i] > 0.0f)) return;
+    int64_t place = f->place[i];
+    if (place < 0) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double rate = f->wall_grad_rate[d * total + i];
-            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[d * total + i] - rate * c;
+            double rate = f->wall_grad_rate[place * PD_DIM + d];
+            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[place * PD_DIM + d] - rate * c;
         }
         return;
     }
@@ -23394,22 +23892,6 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     int64_t total = limiter->bonds ? limiter->bonds->grid->total : 0;
     PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
     PDI_ARRAY(owner, limiter, factor, total, "1");
-}
-
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
-                                   pd_limiter *l)
-{
-    memset(l, 0, sizeof *l);
-    l->bonds = diffusion->bonds;
-    l->boundary = boundary;
-    l->diffusion = diffusion;
-    return pdi_owner_build(ctx, pdi_limiter_list, l);
-}
-
-PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
-{
-    pdi_owner_free(ctx, pdi_limiter_list, l);
-    memset(l, 0, sizeof *l);
 }
 
 /* ======== >>transport/flux.c ======== */
@@ -23980,8 +24462,8 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
     pd_flux *flux = (pd_flux *)object;
     if (!flux->flow) return;
     int64_t total = flux->bonds->grid->total;
-    PDI_ARRAY(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
-    if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
+    PDI_RAW(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
+    if (PD_DIM < 3) PDI_RAW(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
@@ -24010,13 +24492,11 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
     pdi_flux_ratio(t);
     t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
-    PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }
 
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
-    pdi_owner_free(ctx, pdi_flux_list, t);
     pdi_owner_free(ctx, pdi_conductance_list, &t->conductance);
     pdi_owner_free(ctx, pdi_flux_boundary_list, t);
     t->boundary_capacity = 0;
@@ -24106,19 +24586,27 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 #define PDI_INVERSE_STIFF 1e6
 
 PDI_COLD_BEGIN
-PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
+PDI_FN pd_status pdi_inverse_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
 {
     const pd_flow *flow = v->flux->flow;
     v->excess = flow ? 0.0 : pdi_compact_excess(v->flux->bonds->stencil);
-    PDI_TRY(pdi_compact_build(ctx, v->flux->bonds->grid, flow != NULL, &v->compact));
-    return pdi_multigrid_build(ctx, desc, &v->mg);
+    pdi_compact_plan(v->flux->bonds->grid, flow != NULL, &v->compact);
+    return pdi_multigrid_plan(ctx, desc, &v->mg);
 }
 
-PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v)
+PDI_FN void pdi_inverse_list(pdi_owner *owner, void *object)
 {
-    pdi_compact_free(ctx, &v->compact);
-    pdi_multigrid_free(ctx, &v->mg);
+    pd_inverse *inverse = (pd_inverse *)object;
+    pdi_compact_list(owner, &inverse->compact);
+    pdi_multigrid_list(owner, &inverse->mg);
 }
+
+PDI_FN size_t pdi_inverse_room(pd_inverse *v)
+{
+    return pdi_arena_bytes(pdi_compact_face_list, &v->compact) + pdi_arena_bytes(pdi_multigrid_mark_list, &v->mg);
+}
+
+PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v) { pdi_multigrid_free(ctx, &v->mg); }
 PDI_COLD_END
 
 /* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
@@ -24159,8 +24647,7 @@ static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinne
     }
 }
 
-PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
-                                   int32_t pinned_count)
+static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pinned, int32_t pinned_count)
 {
     const pd_flux *flux = v->flux;
     const pd_diffusion *d = flux->diffusion;
@@ -24168,21 +24655,32 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     pdi_compact_convection convection;
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &v->compact;
-    /* at rest later stages of a step differ by what holds the nodes alone */
-    int again = !flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
-    v->rate = rate;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;
-    if (!again)
-        pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, rate, &faces, c);
+    pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces, c);
     pdi_inverse_hold(v, pinned, pinned_count);
-    if (again) return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
-    v->fresh = 1;
     return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
                                flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
+                                   int32_t pinned_count)
+{
+    pd_compact *c = &v->compact;
+    pd_arena *arena = v->mg.desc.arena;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !v->flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
+    v->rate = rate;
+    if (again) {
+        pdi_inverse_hold(v, pinned, pinned_count);
+        return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+    }
+    v->fresh = 1;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_compact_face_list, c));
+    return pdi_arena_return(ctx, arena, pdi_compact_face_list, c, pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
 
 PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
@@ -24290,6 +24788,8 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
     pdi_flux_anti(ctx, &t->flux, c, out);
 }
 
+static pd_arena *pdi_transport_arena(pd_transport *t) { return t->desc.arena ? t->desc.arena : &t->own; }
+
 /* What the solver callbacks see. */
 typedef struct pdi_transport_user {
     pd_ctx *ctx;
@@ -24380,6 +24880,17 @@ static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
     t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
 }
 
+/* A linear system with the right-hand side t->work, and the solution behind it. */
+static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn apply, pdi_transport_user *user,
+                                      pd_krylov_result *linear)
+{
+    pd_arena *arena = pdi_transport_arena(t);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &t->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
+                                        t->work + t->grid->total, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &t->krylov, status);
+}
+
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
 static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
@@ -24393,8 +24904,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
-    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                        residual, delta, &linear);
+    pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -24412,8 +24922,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
     user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
-    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                        t->work, t->work + t->grid->total, &linear);
+    pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
     result->krylov += linear.iterations;
     return status;
 }
@@ -24577,7 +25086,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
 {
     pdi_transport_user user;
     pd_krylov_result linear;
-    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
+    const double *delta = t->work + t->grid->total;
+    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
@@ -24588,8 +25098,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
         t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
-        status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
-                                  delta, &linear);
+        status = pdi_transport_linear(ctx, t, pdi_transport_jacobian, &user, &linear);
         if (status < 0) break;
         result->krylov += linear.iterations;
         double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
@@ -24696,6 +25205,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
+    PDI_TRY(pdi_transport_hold(ctx, t));
     t->inverse.fresh = 0;
     t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
@@ -24708,12 +25218,12 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
 {
     if (status < 0 || status == PD_RETRY) {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        return status;
+        return pdi_transport_release(ctx, t, status);
     }
     pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
-    return status;
+    return pdi_transport_release(ctx, t, status);
 }
 
 pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
@@ -24805,30 +25315,13 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pdi_diffusion_update(ctx, &t->diffusion);
+    PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
-{
-    memset(kd, 0, sizeof *kd);
-    kd->n = t->grid->total;
-    kd->spans = &t->bonds->spans;
-    kd->components = 1;
-    kd->restart = 20;
-    kd->most = t->flow ? 10 * kd->restart : 0;
-    kd->fixed = 1;
-    kd->flexible = 1;
-    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
-    kd->zero_guess = 1;
-    pdi_compact_multigrid(t->grid, md);
-    md->symmetric = t->flow == NULL;
-    md->contrast = md->contrast || t->desc.field != NULL;
-}
-
 PDI_FN int pdi_transport_rests(const pd_transport *t)
 {
     return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
@@ -24846,15 +25339,64 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_STATE : PDI_OWNED_ARRAY, transport, anti, total, "mol/m3/s");
+    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
-    PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, upwinded, total, "1");
-    PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, work, 2 * total, "");
-    PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
+/* What is lent for a step. */
+static void pdi_transport_work_list(pdi_owner *owner, void *object)
+{
+    pd_transport *transport = (pd_transport *)object;
+    int64_t total = transport->grid->total;
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    PDI_RAW(owner, transport, old, total, "mol/m3");
+    PDI_RAW(owner, transport, upwinded, total, "1");
+    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    PDI_RAW(owner, transport, work, 2 * total, "");
+    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
+    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
+    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
+    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    pdi_flux_list(owner, &transport->flux);
+    pdi_inverse_list(owner, &transport->inverse);
+}
+
+static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = t->grid->total;
+    kd->spans = &t->bonds->spans;
+    kd->components = 1;
+    kd->restart = 20;
+    kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->fixed = 1;
+    kd->flexible = 1;
+    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
+    kd->zero_guess = 1;
+}
+
+PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    pdi_transport_krylov(t, &kd);
+    pdi_compact_multigrid(t->grid, &md);
+    md.symmetric = t->flow == NULL;
+    md.contrast = md.contrast || t->desc.field != NULL;
+    md.arena = pdi_transport_arena(t);
+    t->inverse.flux = &t->flux;
+    t->limiter.bonds = t->flux.bonds = t->bonds;
+    t->flux.flow = t->flow;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
+    return pdi_krylov_plan(ctx, &kd, &t->krylov);
+}
+
+PDI_FN size_t pdi_transport_room(pd_transport *t)
+{
+    size_t setup = pdi_inverse_room(&t->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &t->krylov);
+    return pdi_arena_bytes(pdi_transport_work_list, t) + (setup > linear ? setup : linear);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -24884,9 +25426,9 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     if (desc->given) return PD_OK;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
-    pdi_transport_solvers(t, &kd, &md);
-    PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(pdi_transport_plan(ctx, t));
+    pdi_transport_krylov(t, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -24897,9 +25439,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
-    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
-    t->flux.bonds = bonds;
-    t->flux.flow = flow;
+    t->limiter.boundary = &t->boundary;
+    t->limiter.diffusion = &t->diffusion;
     t->flux.diffusion = &t->diffusion;
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;
@@ -24908,9 +25449,26 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
     PDI_TRY(pdi_flux_build(ctx, &t->flux));
-    t->inverse.flux = &t->flux;
     t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
-    return pdi_inverse_build(ctx, &md, &t->inverse);
+    return pdi_arena_fit(ctx, pdi_transport_arena(t), pdi_transport_room(t));
+}
+
+PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) {
+        PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        pdi_multigrid_open(&t->inverse.mg);
+    }
+    t->held++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status status)
+{
+    if (--t->held) return status;
+    t->inverse.fresh = 0;
+    pdi_multigrid_close(&t->inverse.mg);
+    return pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -24931,12 +25489,12 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *a
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     pdi_flux_free(ctx, &t->flux);
-    pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
     pdi_inverse_free(ctx, &t->inverse);
     pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
+    pd_arena_free(ctx, &t->own);
     memset(t, 0, sizeof *t);
 }
 PDI_COLD_END
@@ -24979,17 +25537,10 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
-pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+/* A step within the limit, with all that is lent for it. */
+static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_transport_solves(ctx, t));
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
@@ -25009,6 +25560,20 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
+}
+
+pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
+    double limit = pd_transport_limit(ctx, t);
+    if (dt > limit * (1.0 + 1e-12)) {
+        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+        return PD_RETRY;
+    }
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -25151,7 +25716,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
     return result->defect <= PDI_SETTLE_DEFECT ? PD_OK : PD_NOT_CONVERGED;
 }
 
-pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
+static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
     double limit = pdi_settle_slowest(t);
     int krylov = 0, limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
@@ -25182,12 +25747,15 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
     return PD_NOT_CONVERGED;
 }
 
-PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
+pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    int32_t worst = 0;
+    PDI_TRY(pdi_transport_solves(ctx, t));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status status = pdi_settle_find(ctx, t, result);
+    t->worst = 0;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (fabs(t->work[i]) > fabs(t->work[worst])) worst = i;
-    return worst;
+        if (fabs(t->work[i]) > fabs(t->work[t->worst])) t->worst = i;
+    return pdi_transport_release(ctx, t, status);
 }
 
 #undef PDI_SETTLE_LONG
@@ -25267,17 +25835,22 @@ static void pdi_two_stage_restore(const pd_ctx *ctx, pd_two_stage *a)
     pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
 }
 
-/* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
- * start + carry + (1 - gamma)/gamma slope. */
+/* The change of the first stage, start + carry being where it begins. */
+static void pdi_two_stage_change(pd_two_stage *a)
+{
+    const pd_transport *t = a->transport;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) a->slope[i] = t->c[i] - (a->start[i] + a->carry[i]);
+}
+
+/* Where the second stage begins: start + carry + (1 - gamma)/gamma slope. */
 static void pdi_two_stage_between(pd_two_stage *a)
 {
     pd_transport *t = a->transport;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        double begin = a->start[i] + a->carry[i];
-        a->slope[i] = t->c[i] - begin;
-        t->old[i] = begin + ratio * a->slope[i];
+        t->old[i] = (a->start[i] + a->carry[i]) + ratio * a->slope[i];
         t->carry[i] = 0.0;
     }
 }
@@ -25305,28 +25878,49 @@ static pd_status pdi_two_stage_at(pd_ctx *ctx, pd_two_stage *a, double t)
     return pdi_transport_at(ctx, a->transport, t);
 }
 
-static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+static pd_status pdi_two_stage_first(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
-    int32_t total = t->grid->total;
-    double g = PDI_SDIRK_GAMMA;
-    pdi_par_copy(ctx, total, a->start, t->old);
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
-    pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
+    pdi_par_copy(ctx, t->grid->total, a->start, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, PDI_SDIRK_GAMMA * dt, 0, result);
     a->krylov += result->krylov;
-    if (first < 0) return first;
-    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    if (status < 0) return status;
     pdi_transport_residual(ctx, t, a->rest);
+    pdi_two_stage_change(a);
+    return status;
+}
+
+static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    double g = PDI_SDIRK_GAMMA;
+    pdi_par_copy(ctx, t->grid->total, a->start, t->old);
     pdi_two_stage_between(a);
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
-    status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
     a->error = pdi_two_stage_error(a, &a->largest);
+    pdi_transport_residual(ctx, t, t->carry);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    return status;
+}
+
+/* Between the stages nothing is lent: a flow that follows its boundary is solved there. */
+static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    double g = PDI_SDIRK_GAMMA;
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status first = pdi_transport_release(ctx, t, pdi_two_stage_first(ctx, a, dt, result));
+    if (first < 0) return first;
+    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status status = pdi_transport_release(ctx, t, pdi_two_stage_second(ctx, a, dt, result));
+    if (status < 0) return status;
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
     return first > 0 ? first : status;
 }
 
@@ -25428,7 +26022,7 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
                     "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
-                    pdi_grid_place(a->transport->grid, pdi_settle_worst(a->transport), place));
+                    pdi_grid_place(a->transport->grid, a->transport->worst, place));
 }
 
 static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
@@ -49796,6 +50390,7 @@ typedef struct pdi_footprint_plan {
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
+    double arena; /* [byte] */
     double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
 } pdi_footprint_plan;
 
@@ -49853,28 +50448,20 @@ static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn lis
     return plan->times * (double)pdi_owner_bytes(list, object);
 }
 
-/* [byte] of a multigrid as it is built, and into *coarse what a run adds: levels that go by the geometry. */
-static double pdi_footprint_multigrid(pdi_footprint_plan *plan, int symmetric, int contrast, double *coarse)
+/* [byte] of the coarser levels of a multigrid, which a run makes by the geometry. */
+static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
-    pd_multigrid_desc desc;
-    pd_multigrid mg;
-    double cells = plan->times;
-    for (int d = 0; d < PD_DIM; d++) cells *= plan->grid.n[d];
-    pdi_compact_multigrid(&plan->grid, &desc);
-    desc.symmetric = symmetric;
-    desc.contrast = contrast || desc.contrast;
-    *coarse += cells * (4.0 + (4.0 * (4 + desc.contrast) + 16.0 + 8.0 * desc.contrast + 16.0 * 2 * PD_DIM) /
-                                  ((1 << PD_DIM) - 1));
-    pdi_multigrid_plan(&plan->ctx, &desc, &mg);
-    return pdi_footprint_list(plan, pdi_multigrid_list, &mg);
+    double contrast = mg->desc.contrast ? 1.0 : 0.0;
+    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    return plan->times * cell * mg->level[0].cells;
 }
 
-/* [byte] of the coefficients that a multigrid is set up with. */
-static double pdi_footprint_compact(const pdi_footprint_plan *plan, int with_flux)
+/* [byte] of a part whose work is lent: what the arena grows by. */
+static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
 {
-    pd_compact compact;
-    pdi_compact_plan(&plan->grid, with_flux, &compact);
-    return pdi_footprint_list(plan, pdi_compact_list, &compact);
+    double more = fmax(plan->times * (double)room - plan->arena, 0.0);
+    plan->arena += more;
+    return more;
 }
 
 static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_desc *desc)
@@ -49892,40 +50479,43 @@ static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_foo
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
 
+/* [byte] of a solver of flows, in time or not. */
+static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    pd_steady steady;
+    pd_implicit implicit;
+    memset(&steady, 0, sizeof steady);
+    memset(&implicit, 0, sizeof implicit);
+    steady.flow = implicit.flow = &plan->flow;
+    steady.timed = u->motion == PD_MOTION_IMPLICIT;
+    pdi_steady_plan(&plan->ctx, &steady);
+    double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
+    bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
+    b->working += pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
+                  pdi_footprint_levels(plan, &steady.mg_p);
+    size_t room = pdi_steady_room(&steady);
+    if (steady.timed) {
+        bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
+        room += pdi_implicit_room(&implicit);
+    }
+    return bytes + pdi_footprint_arena(plan, room);
+}
+
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];
-    pd_steady steady;
-    pd_jacobian jacobian;
-    pd_implicit implicit;
     pd_unsteady unsteady;
     pd_sharp sharp;
-    pd_krylov_desc kd;
     if (!u->has_flow) return;
-    memset(&steady, 0, sizeof steady);
-    memset(&jacobian, 0, sizeof jacobian);
-    memset(&implicit, 0, sizeof implicit);
     memset(&unsteady, 0, sizeof unsteady);
-    steady.flow = implicit.flow = unsteady.flow = &plan->flow;
-    jacobian.flow = &plan->flow;
+    unsteady.flow = &plan->flow;
     memset(&sharp, 0, sizeof sharp);
     sharp.bonds = plan->flow.bonds;
     if (u->flow_order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
     *bytes += pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
-    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        pdi_steady_krylov(&steady, &kd);
-        *bytes += pdi_footprint_list(plan, pdi_steady_list, &steady) + pdi_footprint_krylov(plan, &kd);
-        *bytes += pdi_footprint_list(plan, pdi_jacobian_list, &jacobian);
-        *bytes += pdi_footprint_compact(plan, 1) + pdi_footprint_compact(plan, 0);
-        *bytes += pdi_footprint_multigrid(plan, 0, 0, &b->working);
-        for (int k = 0; k < 2; k++) *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working);
-    }
-    if (u->motion == PD_MOTION_IMPLICIT) {
-        *bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
-        *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working); /* of short steps */
-    }
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) *bytes += pdi_footprint_steady(u, plan, b);
     if (u->motion == PD_MOTION_EXPLICIT) *bytes += pdi_footprint_list(plan, pdi_unsteady_list, &unsteady);
 }
 
@@ -49946,8 +50536,6 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     int medium = u->medium >= 0;
     pd_transport t;
     pd_two_stage two_stage;
-    pd_krylov_desc kd;
-    pd_multigrid_desc md;
     if (!u->has_transport) return;
     memset(&t, 0, sizeof t);
     memset(&two_stage, 0, sizeof two_stage);
@@ -49968,17 +50556,18 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.flux.conductance.capacity = plan->bonds.capacity;
     t.flux.conductance.rests = pdi_transport_rests(&t);
     two_stage.transport = &t;
-    pdi_transport_solvers(&t, &kd, &md);
-    *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
+    pdi_transport_plan(&plan->ctx, &t);
+    *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
+    *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    t.diffusion.capacity = plan->bonds.capacity;
+    t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
-    *bytes += pdi_footprint_list(plan, pdi_flux_list, &t.flux);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &t.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
-    if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);
     if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
-    *bytes += pdi_footprint_compact(plan, u->has_flow) +
-              pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
+    b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
@@ -50341,6 +50930,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     if (pdi_wall_moves(u)) flow.wall = pdi_wall_velocity;
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
+    steady.arena = &m->arena;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
@@ -50420,6 +51010,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.walls_only = 1;
     if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
+    desc.arena = &m->arena;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
@@ -50698,6 +51289,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
+    pd_arena_free(ctx, &m->arena);
     pdi_path_free(ctx, &m->paths);
     pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);

@@ -32,8 +32,10 @@ static inline void check_conductances(pd_ctx *ctx, pd_transport *t)
     memset(&fresh, 0, sizeof fresh);
     memset(&bonds, 0, sizeof bonds);
     desc.clock = NULL;
+    desc.arena = NULL;
     if (CHECK(x != NULL) && CHECK_OK(ctx, pd_bonds_build(ctx, t->bonds->stencil, t->grid, 0, &bonds)) &&
         CHECK_OK(ctx, pd_transport_build(ctx, t->grid, &bonds, t->flow, &desc, &fresh)) &&
+        CHECK_OK(ctx, pdi_transport_hold(ctx, &fresh)) && CHECK_OK(ctx, pdi_transport_hold(ctx, t)) &&
         CHECK_OK(ctx, pdi_flux_refresh(ctx, &fresh.flux)) && CHECK_OK(ctx, pdi_flux_refresh(ctx, &t->flux))) {
         memcpy(fresh.absorb, t->absorb, total * sizeof *x);
         for (int exact = 0; exact < 2; exact++) {
@@ -43,6 +45,8 @@ static inline void check_conductances(pd_ctx *ctx, pd_transport *t)
             for (size_t i = 0; i < total; i++)
                 if (t->grid->kind[i] == PD_FLUID) CHECK(y[i] >= z[i] && y[i] <= z[i]);
         }
+        CHECK_OK(ctx, pdi_transport_release(ctx, t, PD_OK));
+        CHECK_OK(ctx, pdi_transport_release(ctx, &fresh, PD_OK));
     }
     pd_transport_free(ctx, &fresh);
     pd_bonds_free(ctx, &bonds);

@@ -109,6 +109,15 @@ static pd_status make_springs_of(pd_ctx *ctx, lab *l, pd_microelastic *o)
     return pd_microelastic_build(ctx, &l->body, &d, o);
 }
 
+/* [byte] that steps of an implicit flow need beside those of its steady solver. */
+static size_t room_of_steps(pd_flow *flow)
+{
+    pd_implicit implicit;
+    memset(&implicit, 0, sizeof implicit);
+    implicit.flow = flow;
+    return pdi_implicit_room(&implicit);
+}
+
 static int ready(lab *l)
 {
     memset(l, 0, sizeof *l);
@@ -141,7 +150,7 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->near, &l->pin.grid, 0, &l->near_bonds)) &&
            CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->bonds, &still, &l->flow)) &&
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
-           CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady)) &&
+           CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady, room_of_steps(&l->flow))) &&
            CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings)) &&
            CHECK_OK(&l->ctx, make_body_of(&l->ctx, 0, &l->body)) &&
            CHECK_OK(&l->ctx, make_springs_of(&l->ctx, l, &l->springs));

@@ -206,7 +206,7 @@ TEST(gmres_growth)
         size_t built = ctx.in_use;
         if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
         CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
-        CHECK_INT(r.iterations, refused ? 10 : N);
+        CHECK_INT(r.iterations, refused ? 6 : N); /* it grows by one */
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
         CHECK(ctx.in_use > built);

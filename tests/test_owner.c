@@ -247,7 +247,7 @@ TEST(names_and_units)
         pdi_list_fn list;
         void *object;
     } lists[] = {{pdi_flow_list, &flow}, {pdi_steady_list, &steady}, {pdi_implicit_list, &implicit},
-                 {pdi_unsteady_list, &unsteady}, {pdi_jacobian_list, &jacobian}, {pdi_transport_list, &transport},
+                 {pdi_unsteady_list, &unsteady}, {pdi_jacobian_work_list, &jacobian}, {pdi_transport_list, &transport},
                  {pdi_two_stage_list, &two_stage}, {pdi_diffusion_list, &transport.diffusion},
                  {pdi_limiter_list, &transport.limiter}, {pdi_flux_list, &transport.flux},
                  {pdi_conductance_list, &transport.flux.conductance}, {pdi_media_list, &transport.diffusion.media},

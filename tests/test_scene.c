@@ -273,7 +273,7 @@ TEST(sides_and_motion)
     if (build(&ctx, CLOSED "  time = explicit  c0 = 20 mm/s  eos = linear\n[run] until = 3 s\n", &u, &m)) {
         CHECK_INT(m.unsteady.desc.eos, PD_EOS_LINEAR);
         CHECK_NEAR(m.unsteady.desc.sound, 0.02, 0.0);
-        CHECK(m.steady.work == NULL && m.implicit.start == NULL);
+        CHECK(m.steady.potential == NULL && m.implicit.start == NULL);
         pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
     }
@@ -294,7 +294,7 @@ TEST(absent_physics_costs_nothing)
     pd_model m;
     if (build(&ctx, STILL, &u, &m)) {
         CHECK_INT(m.bytes[PD_PART_FLOW] + m.bytes[PD_PART_GRAIN] + m.bytes[PD_PART_DISSOLVE], 0);
-        CHECK(m.flow.u == NULL && m.steady.work == NULL && m.factor == NULL && m.dissolve.front == NULL);
+        CHECK(m.flow.u == NULL && m.steady.potential == NULL && m.factor == NULL && m.dissolve.front == NULL);
         CHECK(m.couple.count == 1 && m.couple.process[0].self == &m.two_stage);
         CHECK_INT(m.unknowns[PD_PART_FLOW], 0);
         CHECK_INT(m.unknowns[PD_PART_TRANSPORT], 200);

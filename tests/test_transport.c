@@ -627,6 +627,7 @@ TEST(derivative_of_limited_fluxes)
         pd_transport *t = &s->transport;
         uniform_flow(s, 0, U);
         random_field(s, &seed);
+        if (!CHECK_OK(&s->ctx, pdi_transport_hold(&s->ctx, t))) return;
         double *x = t->work, *more = t->old, *less = t->rhs, *by = t->carry, *slope_by = t->probe, *keep_by = t->source;
         double largest = 0.0, off = 0.0, share = 1e-6;
         for (int32_t i = 0; i < s->grid.total; i++)
@@ -647,6 +648,7 @@ TEST(derivative_of_limited_fluxes)
         CHECK(largest > 0.1 * U / H);
         CHECK_LE(off, 1e-7 * largest);
         if (round % 3 != 1) derivative_of_faint_fields(s, x, by, largest);
+        CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, t, PD_OK));
         scene_free(s);
     }
 }

@@ -109,7 +109,8 @@ static void kernels_free(kernels *k)
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
     pdi_jacobian_free(k->ctx, &k->jacobian);
     pdi_multigrid_free(k->ctx, &k->pressure);
-    pdi_compact_free(k->ctx, &k->compact);
+    pdi_owner_free(k->ctx, pdi_compact_list, &k->compact);
+    pdi_owner_free(k->ctx, pdi_compact_face_list, &k->compact);
     triad_free(k->ctx, &k->triad);
     lab_free(k->ctx, &k->lab);
 }
@@ -147,7 +148,9 @@ static pd_status kernels_multigrid(kernels *k)
     memset(&resting, 0, sizeof resting);
     pdi_compact_multigrid(grid, &desc); /* periodic all round */
     desc.symmetric = 1;
-    PDI_TRY(pdi_compact_build(k->ctx, grid, 0, &k->compact));
+    pdi_compact_plan(grid, 0, &k->compact);
+    PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_list, &k->compact));
+    PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_face_list, &k->compact));
     pdi_compact_fill(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
     PDI_TRY(pdi_multigrid_build(k->ctx, &desc, &k->pressure));
     return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,

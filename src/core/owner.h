@@ -24,6 +24,7 @@
 #ifdef PDI_INTERNAL
 typedef enum pdi_owned_kind {
     PDI_OWNED_ARRAY, /* work, and what follows from the state */
+    PDI_OWNED_RAW,   /* an array that is written before it is read: an arena lends it without zeros */
     PDI_OWNED_STATE, /* an array that steps carry on: checkpoints keep it */
     PDI_OWNED_ROOM,  /* an array that grows: the module makes it, and the length is that of the allocation */
     PDI_OWNED_VALUE  /* a number that steps carry on */
@@ -70,6 +71,7 @@ PDI_FN PDI_ONCE void pdi_owner_add(pdi_owner *owner, pdi_owned_kind kind, const 
                   &(object)->member)
 #define PDI_ARRAY(owner, object, member, count, unit) \
     PDI_OWN(owner, PDI_OWNED_ARRAY, object, member, count, unit)
+#define PDI_RAW(owner, object, member, count, unit) PDI_OWN(owner, PDI_OWNED_RAW, object, member, count, unit)
 #define PDI_STATE(owner, object, member, count, unit) \
     PDI_OWN(owner, PDI_OWNED_STATE, object, member, count, unit)
 #define PDI_ROOM(owner, object, member, count, unit) PDI_OWN(owner, PDI_OWNED_ROOM, object, member, count, unit)

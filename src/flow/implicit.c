@@ -24,7 +24,6 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
     PDI_ARRAY(owner, implicit, start, (PD_DIM + 1) * total, "");
     PDI_STATE(owner, implicit, target, PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
     PDI_VALUE(owner, implicit, time, "s");
     PDI_VALUE(owner, implicit, dt, "s");
     PDI_VALUE(owner, implicit, error, "1");
@@ -33,6 +32,16 @@ PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, implicit, rejected, "1");
     PDI_VALUE(owner, implicit, evaluations, "1");
 }
+
+/* What is lent for a step, below that of the steady solver. */
+static void pdi_implicit_work_list(pdi_owner *owner, void *object)
+{
+    pd_implicit *implicit = (pd_implicit *)object;
+    int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
+    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
+}
+
+PDI_FN size_t pdi_implicit_room(pd_implicit *im) { return pdi_arena_bytes(pdi_implicit_work_list, im); }
 
 static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                                    pd_implicit *im)
@@ -51,7 +60,7 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
         im->desc.first = 1e-3 / (flow->speed / flow->length + flow->nu / (flow->length * flow->length));
     im->flow = flow;
     im->steady = steady;
-    PDI_TRY(pdi_steady_timed(ctx, steady));
+    PDI_TRY(pdi_steady_timed(ctx, steady, pdi_implicit_room(im)));
     return pdi_owner_build(ctx, pdi_implicit_list, im);
 }
 
@@ -125,35 +134,53 @@ static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double 
     im->last = 0.0;
 }
 
-pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+/* Both stages from the state in `start`. */
+static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_flow *flow = im->flow;
+    int64_t split = PD_DIM * (int64_t)flow->grid->total;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    pd_status status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
+    if (status != PD_OK) return status;
+    pdi_par_copy(ctx, split, flow->u, im->slope);
+    pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
+    pdi_par_copy(ctx, split, im->start, im->target);
+    pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
+    pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
+    status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
+    if (status == PD_OK) im->error = pdi_implicit_error(im);
+    return status;
+}
+
+/* A step with all that is lent for it. */
+static pd_status pdi_implicit_take(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
-    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
-    if (!(dt > 0.0) || !(dt < 1e100))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
-    if (!im->steps) pdi_flow_start(flow); /* the caller may have set it after the build */
     pd_status status = pdi_implicit_project(ctx, im);
     pdi_par_copy(ctx, split, flow->u, im->start);
     pdi_par_copy(ctx, total, flow->p, im->start + split);
     pdi_implicit_extrapolate(ctx, im, dt);
-    if (status == PD_OK) status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
-    if (status == PD_OK) {
-        pdi_par_copy(ctx, split, flow->u, im->slope);
-        pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
-        pdi_par_copy(ctx, split, im->start, im->target);
-        pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
-        pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
-        status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
-    }
-    if (status != PD_OK) {
-        pdi_par_copy(ctx, split, im->start, flow->u);
-        pdi_par_copy(ctx, total, im->start + split, flow->p);
-        if (pdi_is_final(status) || status == PD_ERR_ARGUMENT) return status;
-        pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
-        return PD_RETRY;
-    }
-    im->error = pdi_implicit_error(im);
+    if (status == PD_OK) status = pdi_implicit_stages(ctx, im, dt);
+    if (status == PD_OK) return PD_OK;
+    pdi_par_copy(ctx, split, im->start, flow->u);
+    pdi_par_copy(ctx, total, im->start + split, flow->p);
+    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
+    return PD_RETRY;
+}
+
+pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
+{
+    pd_arena *arena = pdi_steady_arena(im->steady);
+    if (!(dt > 0.0) || !(dt < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
+    if (!im->steps) pdi_flow_start(im->flow); /* the caller may have set it after the build */
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
+    pd_status status = pdi_steady_hold(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_take(ctx, im, dt));
+    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
+    if (status != PD_OK) return status;
     im->last = dt;
     im->time += dt;
     im->steps++;
@@ -193,7 +220,7 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
                     " refine the lattice or lower the speed", dt, im->time,
-                    pdi_grid_place(im->flow->grid, pdi_steady_worst(im->steady), place), im->desc.rtol);
+                    pdi_grid_place(im->flow->grid, im->steady->worst, place), im->desc.rtol);
 }
 
 /* ---- the process ---- */

@@ -23,7 +23,7 @@ typedef struct pd_implicit {
     pd_steady *steady;     /* solves the stages */
     double *start;         /* [PD_DIM+1][total] [m/s], [m2/s2] state at the start of the step */
     double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
-    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage */
+    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
     double time;           /* [s] */
     double dt;             /* [s] that a run would try next; 0: not known yet */
     double last;           /* [s] the last step; 0: the next step does not use it */
@@ -48,8 +48,9 @@ PD_API pd_process pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_implicit. */
+/* Arrays of a pd_implicit that the build makes, and the [byte] that a step needs beside those of the steady solver. */
 PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object);
+PDI_FN size_t pdi_implicit_room(pd_implicit *implicit);
 #endif
 
 #endif

@@ -240,10 +240,16 @@ PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object)
 {
     pd_jacobian *jacobian = (pd_jacobian *)object;
     if (!jacobian->flow) return;
-    int64_t total = jacobian->flow->grid->total, count = jacobian->flow->bonds->stencil->count;
+    int64_t count = jacobian->flow->bonds->stencil->count;
     PDI_ARRAY(owner, jacobian, weight, count * PDI_JACOBIAN_WEIGHTS, "1");
-    PDI_ARRAY(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
-    PDI_ARRAY(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
+}
+
+PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object)
+{
+    pd_jacobian *jacobian = (pd_jacobian *)object;
+    int64_t total = jacobian->flow ? jacobian->flow->grid->total : 0;
+    PDI_RAW(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
+    PDI_RAW(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, jacobian, divergence, total, "1/s");
 }
 

@@ -25,8 +25,9 @@ typedef struct pdi_jacobian_step {
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
 } pdi_jacobian_step;
-/* Arrays of a pd_jacobian. */
+/* Arrays of a pd_jacobian that the build makes, and those that are lent for a solve. */
 PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
 /* Linearise about the state that the flow was prepared with last (pdi_flow_prepare). */

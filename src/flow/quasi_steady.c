@@ -34,7 +34,7 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
                         "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
                         "refine the grid",
                         q->time, q->steady->uneven, q->steady->desc.tolerance, gross,
-                        pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place));
+                        pdi_grid_place(q->flow->grid, q->steady->worst, place));
     return PD_OK;
 }
 
@@ -74,7 +74,7 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
                     "lower them. %s%s", q->time, r->newton, r->momentum, r->continuity, r->excess,
-                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, pdi_steady_worst(q->steady), place), why,
+                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, q->steady->worst, place), why,
                     accept);
 }
 

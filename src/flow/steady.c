@@ -123,35 +123,49 @@ static void pdi_steady_apply(void *user, const double *x, double *y)
     pdi_steady_jacobian(u->ctx, u->steady, y);
 }
 
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+/* The coefficients of one multigrid after the other pass through `compact`. */
+static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
 {
     pdi_compact_faces velocity, pressure;
     pdi_compact_convection moving, resting;
-    s->shift = shift;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, &s->compact_u);
-    pd_compact *u = &s->compact_u, *p = &s->compact_p;
+    pd_compact *c = &s->compact;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
     pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, p);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, p);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, u->active, (const float *const *)u->conduct,
-                                (const float *const *)u->flux, u->wall, u->mass));
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass));
-    double damping = pdi_precond_damping(s->flow, shift);
+    pdi_compact_fill(ctx, 1.0, &seep, &resting, 0.0, &pressure, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_seep, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
+                                (const float *const *)c->flux, c->wall, c->mass));
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, 0.0, &pressure, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_p, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass));
+    double damping = pdi_precond_damping(s->flow, s->shift);
     s->damped = s->timed && damping > 0.0;
     if (!s->damped) return PD_OK;
-    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, p);
-    return pdi_multigrid_setup(ctx, &s->mg_d, p->active, (const float *const *)p->conduct, NULL, p->wall, p->mass);
+    pdi_compact_fill(ctx, 1.0, NULL, &resting, damping, &pressure, c);
+    return pdi_multigrid_setup(ctx, &s->mg_d, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+}
+
+static void pdi_steady_compact_list(pdi_owner *owner, void *object)
+{
+    pdi_compact_list(owner, object);
+    pdi_compact_face_list(owner, object);
+}
+
+static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+{
+    pd_arena *arena = pdi_steady_arena(s);
+    s->shift = shift;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_compact_list, &s->compact));
+    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, pdi_steady_fill(ctx, s));
 }
 
 /* Largest residuals of s->residual: against the tolerance, and for reports. */
@@ -227,10 +241,35 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
     pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
 }
 
-PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
+PDI_COLD_BEGIN
+PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
 {
-    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
-    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    pd_steady *steady = (pd_steady *)object;
+    int64_t total = steady->flow ? steady->flow->grid->total : 0;
+    PDI_STATE(owner, steady, potential, total, "m2/s");
+    PDI_VALUE(owner, steady, norm0, "1");
+}
+
+/* What is lent for a solve. */
+static void pdi_steady_work_list(pdi_owner *owner, void *object)
+{
+    pd_steady *steady = (pd_steady *)object;
+    int64_t total = steady->flow->grid->total;
+    PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
+    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
+    pdi_jacobian_work_list(owner, &steady->jacobian);
+    pdi_multigrid_list(owner, &steady->mg_u);
+    pdi_multigrid_list(owner, &steady->mg_p);
+    pdi_multigrid_list(owner, &steady->mg_seep);
+    if (steady->timed) pdi_multigrid_list(owner, &steady->mg_d);
+}
+
+PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
+
+static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+{
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
     kd->spans = &s->flow->bonds->spans;
@@ -241,17 +280,36 @@ PDI_FN void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->zero_guess = kd->compressed = 1;
 }
 
-PDI_COLD_BEGIN
-PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
+static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
 {
-    pd_steady *steady = (pd_steady *)object;
-    int64_t total = steady->flow ? steady->flow->grid->total : 0;
-    PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
-    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
-    PDI_STATE(owner, steady, potential, total, "m2/s");
-    PDI_VALUE(owner, steady, norm0, "1");
+    pdi_compact_multigrid(s->flow->grid, md);
+    md->arena = pdi_steady_arena(s);
+}
+
+PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    if (!s->desc.max_krylov) s->desc.max_krylov = 300;
+    if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
+    pdi_steady_krylov(s, &kd);
+    pdi_steady_multigrid(s, &md);
+    pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
+    md.symmetric = 1;
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
+    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
+    if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
+    s->jacobian.flow = s->flow;
+    return pdi_krylov_plan(ctx, &kd, &s->krylov);
+}
+
+PDI_FN size_t pdi_steady_room(pd_steady *s)
+{
+    size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
+                   pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
+    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov);
+    return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
 static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -265,20 +323,14 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
-    pdi_steady_krylov(s, &kd);
-    pdi_compact_multigrid(flow->grid, &md);
     PDI_TRY(pdi_flow_mirror(ctx, flow));
     if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
-    PDI_TRY(pdi_compact_build(ctx, flow->grid, 1, &s->compact_u));
-    PDI_TRY(pdi_compact_build(ctx, flow->grid, 0, &s->compact_p));
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_u));
-    md.symmetric = 1;
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_p));
-    PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_seep));
-    PDI_TRY(pdi_krylov_build(ctx, &kd, &s->krylov));
+    PDI_TRY(pdi_steady_plan(ctx, s));
+    pdi_steady_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
-    return pdi_owner_build(ctx, pdi_steady_list, s);
+    PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
+    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
 }
 
 pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
@@ -289,29 +341,84 @@ pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s)
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
     if (s->timed) return PD_OK;
-    pdi_compact_multigrid(s->flow->grid, &md);
+    pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
+}
+
+/* ---- what is lent ---- */
+
+/* The multigrids, of which mg_d may not be there. */
+static int pdi_steady_multigrids(pd_steady *s, pd_multigrid *mg[4])
+{
+    mg[0] = &s->mg_u;
+    mg[1] = &s->mg_p;
+    mg[2] = &s->mg_seep;
+    mg[3] = &s->mg_d;
+    return s->timed ? 4 : 3;
+}
+
+PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
+{
+    pd_multigrid *mg[4];
+    if (!s->held) {
+        PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
+        for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
+    }
+    s->held++;
     return PD_OK;
+}
+
+/* The node with the largest residual. */
+static int32_t pdi_steady_find_worst(const pd_steady *s)
+{
+    int32_t total = s->flow->grid->total, worst = 0;
+    double most = -1.0;
+    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+        if (!(fabs(s->residual[i]) > most)) continue;
+        most = fabs(s->residual[i]);
+        worst = (int32_t)(i % total);
+    }
+    return worst;
+}
+
+PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
+{
+    pd_multigrid *mg[4];
+    if (--s->held) return status;
+    s->worst = pdi_steady_find_worst(s);
+    for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
+    return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
+}
+
+/* A linear system with the right-hand side s->residual, into s->step. */
+static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply, pd_apply_fn precond,
+                                   pd_krylov_result *linear)
+{
+    pd_arena *arena = pdi_steady_arena(s);
+    pdi_steady_user user;
+    user.ctx = ctx;
+    user.steady = s;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &s->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &s->krylov, apply, precond, &user, s->residual, s->step, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
 }
 
 /* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
  * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
-    pdi_steady_user user;
     pd_krylov_result linear;
-    user.ctx = ctx;
-    user.steady = s;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_krylov_solve(ctx, &s->krylov, pdi_steady_apply, NULL, &user, s->residual, s->step, &linear));
+    PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
@@ -358,15 +465,12 @@ static double pdi_steady_volume(const pd_flow *flow)
  * into a node as out of it, to rounding (eq. 4.10b). s->residual is the residual of the present state. */
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
-    pdi_steady_user user;
     pd_krylov_result linear;
     pd_krylov *k = &s->krylov;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
     int most = k->desc.max_iterations;
-    user.ctx = ctx;
-    user.steady = s;
     pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
@@ -375,11 +479,9 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
     k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
     k->desc.fixed = 1;
-    pd_status status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, pdi_steady_poisson, &user, s->residual, s->step,
-                                        &linear);
+    pd_status status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0)
-        status = pdi_krylov_solve(ctx, k, pdi_steady_laplacian, NULL, &user, s->residual, s->step, &linear);
+    if (status > 0) status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, NULL, &linear);
     k->desc.max_iterations = most;
     k->desc.fixed = 0;
     k->desc.atol = 0.0;
@@ -396,20 +498,9 @@ PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
     pd_steady_result result;
     if (!s->flow->even) return PD_OK;
     memset(&result, 0, sizeof result);
+    PDI_TRY(pdi_steady_hold(ctx, s));
     pdi_steady_residual(ctx, s, &result);
-    return pdi_steady_solenoid(ctx, s);
-}
-
-PDI_FN int32_t pdi_steady_worst(const pd_steady *s)
-{
-    int32_t total = s->flow->grid->total, worst = 0;
-    double most = -1.0;
-    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
-        if (!(fabs(s->residual[i]) > most)) continue;
-        most = fabs(s->residual[i]);
-        worst = (int32_t)(i % total);
-    }
-    return worst;
+    return pdi_steady_release(ctx, s, pdi_steady_solenoid(ctx, s));
 }
 
 /* How a solve goes: what decides on the next step. */
@@ -477,13 +568,11 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
     return PD_OK;
 }
 
-pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pdi_steady_path path;
     int64_t start = s->flow->evaluations;
     pd_status status = PD_OK;
-    memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, s->flow));
     pdi_steady_weigh(ctx, s);
     memset(&path, 0, sizeof path);
     path.norm = path.best = pdi_steady_residual(ctx, s, result);
@@ -507,17 +596,21 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     return pdi_steady_solenoid(ctx, s);
 }
 
-PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  int again, pd_steady_result *result)
+pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
-    pd_flow *flow = s->flow;
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    PDI_TRY(pdi_steady_hold(ctx, s));
+    return pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
+}
+
+/* A stage with the rate and the target in s. */
+static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, int again, pd_steady_result *result)
+{
+    const pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
     pd_status status = PD_OK;
     double before = HUGE_VAL;
-    memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, flow));
-    s->rate = rate;
-    s->target = target;
     pdi_steady_weigh(ctx, s);
     for (;;) {
         double norm = pdi_steady_residual(ctx, s, result);
@@ -528,16 +621,28 @@ PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const 
         int effort = 0;
         before = norm;
         double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
-        if (!again) status = pdi_steady_setup(ctx, s, rate);
+        if (!again) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;
         again = 1;
         status = pdi_steady_newton(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
-    s->rate = 0.0;
-    s->target = NULL;
     if (pdi_is_final(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
+}
+
+PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                  int again, pd_steady_result *result)
+{
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_flow_patch(ctx, s->flow));
+    PDI_TRY(pdi_steady_hold(ctx, s));
+    s->rate = rate;
+    s->target = target;
+    pd_status status = pdi_steady_find_stage(ctx, s, tolerance, again, result);
+    s->rate = 0.0;
+    s->target = NULL;
+    return pdi_steady_release(ctx, s, status);
 }
 
 PDI_COLD_BEGIN
@@ -553,8 +658,6 @@ PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive
 
 void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
-    pdi_compact_free(ctx, &s->compact_u);
-    pdi_compact_free(ctx, &s->compact_p);
     pdi_multigrid_free(ctx, &s->mg_u);
     pdi_multigrid_free(ctx, &s->mg_p);
     pdi_multigrid_free(ctx, &s->mg_seep);
@@ -562,6 +665,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_krylov_free(ctx, &s->krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
+    pd_arena_free(ctx, &s->own);
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);
 }

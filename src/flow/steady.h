@@ -17,21 +17,26 @@ typedef struct pd_steady_desc {
     int max_newton;     /* 0: as many as make progress */
     int max_krylov;     /* of one Newton step; 0: 300 */
     int restart;        /* GMRES; 0: 20 */
+    pd_arena *arena;    /* lends what a solve needs for its time, and may lend it to others at other times. Borrowed;
+                         * NULL: one of its own */
 } pd_steady_desc;
 
 typedef struct pd_steady {
     pd_steady_desc desc;
     pd_flow *flow;
-    pd_compact compact_u, compact_p;
-    pd_multigrid mg_u, mg_p, mg_seep;
-    pd_multigrid mg_d;                  /* of short steps in time, see precond.h */
+    pd_arena own;                       /* without one from the desc */
+    int held;                           /* solves, one within the other, for which is lent what has `lent` below */
+    pd_compact compact;                 /* in a setup */
+    pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
+    pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
     pd_krylov krylov;
     pd_jacobian jacobian;
-    double *residual;                   /* [PD_DIM+1][total] [-] scaled */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2] */
-    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work */
+    double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
+    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
+    int32_t worst;                      /* the node with the largest residual of the last solve */
     double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
     double shift;                       /* [1/s] 1 over the pseudo time step */
     double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
@@ -62,21 +67,25 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #ifdef PDI_INTERNAL
 /* Default restart of GMRES: it keeps one basis vector more. */
 #define PDI_STEADY_RESTART 20
-/* The node with the largest residual of the last solve, which has failed. */
-PDI_FN int32_t pdi_steady_worst(const pd_steady *steady);
 /* After stages: the potential of the flow, where bond fluxes alone are not free of divergence (eq. 4.2c, 4.10b). */
 PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
-/* Arrays of a pd_steady, beside those of its solvers. */
+/* Arrays of a pd_steady that the build makes, beside those of its solvers. */
 PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
-/* What its GMRES is built with; defaults are filled in. */
-PDI_FN void pdi_steady_krylov(pd_steady *steady, pd_krylov_desc *desc);
+/* Its solvers, from desc and flow, without arrays; and then the [byte] that a solve needs for its time. */
+PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *steady);
+PDI_FN size_t pdi_steady_room(pd_steady *steady);
+PDI_FN pd_arena *pdi_steady_arena(pd_steady *steady);
+/* Hold what a solve needs from here on until the release, so that stages in a row share a preconditioner. Returns
+ * `status`, or an error. */
+PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *steady);
+PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* What solves carry on beside the flow. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Make ready for pdi_steady_stage. */
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady);
+/* Make ready for pdi_steady_stage, once: room in the arena, and `more` [byte] for whoever takes the steps. */
+PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Solve R(u, p) + rate (u - target) = 0 from the state in flow: a stage of an implicit step. tolerance [-]: of the
  * velocity against the reference speed, and of the continuity residual. again: 1 when the preconditioner of the last
- * stage is as good for this one. PD_RETRY: not reached, flow holds no solution. */
+ * stage is as good for this one, and was held since. PD_RETRY: not reached, flow holds no solution. */
 PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
                                   int again, pd_steady_result *result);
 #endif

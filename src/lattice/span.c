@@ -54,6 +54,14 @@ PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *s)
     memset(s, 0, sizeof *s);
 }
 
+/* Zeros in a full vector behind run k of a component, up to the next one; in front of the first one, too. */
+static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
+{
+    int32_t behind = s->first[k] + s->length[k], next = k + 1 < s->count ? s->first[k + 1] : s->total;
+    memset(full + behind, 0, (size_t)(next - behind) * sizeof *full);
+    if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
+}
+
 /* From one layout to the other, run by run. */
 static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
                           int pack)
@@ -65,6 +73,7 @@ static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, 
         int32_t span = k % s->count;
         int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
         memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
+        if (!pack) pdi_span_between(s, span, to + c * s->total);
     }
 }
 

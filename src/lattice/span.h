@@ -18,7 +18,7 @@ typedef struct pd_spans {
 /* Solid nodes belong to them: they dissolve. */
 PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *spans);
 PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *spans);
-/* Take packed [components][nodes] from full [components][total], and bring it back: what lies between stays. */
+/* Take packed [components][nodes] from full [components][total], and bring it back, with zeros between. */
 PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *full,
                            double *packed);
 PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *packed,

@@ -85,6 +85,7 @@ typedef struct pdi_footprint_plan {
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
+    double arena; /* [byte] */
     double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
 } pdi_footprint_plan;
 
@@ -142,28 +143,20 @@ static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn lis
     return plan->times * (double)pdi_owner_bytes(list, object);
 }
 
-/* [byte] of a multigrid as it is built, and into *coarse what a run adds: levels that go by the geometry. */
-static double pdi_footprint_multigrid(pdi_footprint_plan *plan, int symmetric, int contrast, double *coarse)
+/* [byte] of the coarser levels of a multigrid, which a run makes by the geometry. */
+static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
-    pd_multigrid_desc desc;
-    pd_multigrid mg;
-    double cells = plan->times;
-    for (int d = 0; d < PD_DIM; d++) cells *= plan->grid.n[d];
-    pdi_compact_multigrid(&plan->grid, &desc);
-    desc.symmetric = symmetric;
-    desc.contrast = contrast || desc.contrast;
-    *coarse += cells * (4.0 + (4.0 * (4 + desc.contrast) + 16.0 + 8.0 * desc.contrast + 16.0 * 2 * PD_DIM) /
-                                  ((1 << PD_DIM) - 1));
-    pdi_multigrid_plan(&plan->ctx, &desc, &mg);
-    return pdi_footprint_list(plan, pdi_multigrid_list, &mg);
+    double contrast = mg->desc.contrast ? 1.0 : 0.0;
+    double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + 16.0 * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
+    return plan->times * cell * mg->level[0].cells;
 }
 
-/* [byte] of the coefficients that a multigrid is set up with. */
-static double pdi_footprint_compact(const pdi_footprint_plan *plan, int with_flux)
+/* [byte] of a part whose work is lent: what the arena grows by. */
+static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
 {
-    pd_compact compact;
-    pdi_compact_plan(&plan->grid, with_flux, &compact);
-    return pdi_footprint_list(plan, pdi_compact_list, &compact);
+    double more = fmax(plan->times * (double)room - plan->arena, 0.0);
+    plan->arena += more;
+    return more;
 }
 
 static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_desc *desc)
@@ -181,40 +174,43 @@ static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_foo
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
 
+/* [byte] of a solver of flows, in time or not. */
+static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    pd_steady steady;
+    pd_implicit implicit;
+    memset(&steady, 0, sizeof steady);
+    memset(&implicit, 0, sizeof implicit);
+    steady.flow = implicit.flow = &plan->flow;
+    steady.timed = u->motion == PD_MOTION_IMPLICIT;
+    pdi_steady_plan(&plan->ctx, &steady);
+    double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
+    bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
+    b->working += pdi_footprint_levels(plan, &steady.mg_u) + (steady.timed ? 3.0 : 2.0) *
+                  pdi_footprint_levels(plan, &steady.mg_p);
+    size_t room = pdi_steady_room(&steady);
+    if (steady.timed) {
+        bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
+        room += pdi_implicit_room(&implicit);
+    }
+    return bytes + pdi_footprint_arena(plan, room);
+}
+
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];
-    pd_steady steady;
-    pd_jacobian jacobian;
-    pd_implicit implicit;
     pd_unsteady unsteady;
     pd_sharp sharp;
-    pd_krylov_desc kd;
     if (!u->has_flow) return;
-    memset(&steady, 0, sizeof steady);
-    memset(&jacobian, 0, sizeof jacobian);
-    memset(&implicit, 0, sizeof implicit);
     memset(&unsteady, 0, sizeof unsteady);
-    steady.flow = implicit.flow = unsteady.flow = &plan->flow;
-    jacobian.flow = &plan->flow;
+    unsteady.flow = &plan->flow;
     memset(&sharp, 0, sizeof sharp);
     sharp.bonds = plan->flow.bonds;
     if (u->flow_order == 4) *bytes += pdi_footprint_list(plan, pdi_sharp_list, &sharp);
     if (pdi_wall_moves(u)) plan->flow.wall = pdi_wall_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_body;
     *bytes += pdi_footprint_list(plan, pdi_flow_list, &plan->flow);
-    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) {
-        pdi_steady_krylov(&steady, &kd);
-        *bytes += pdi_footprint_list(plan, pdi_steady_list, &steady) + pdi_footprint_krylov(plan, &kd);
-        *bytes += pdi_footprint_list(plan, pdi_jacobian_list, &jacobian);
-        *bytes += pdi_footprint_compact(plan, 1) + pdi_footprint_compact(plan, 0);
-        *bytes += pdi_footprint_multigrid(plan, 0, 0, &b->working);
-        for (int k = 0; k < 2; k++) *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working);
-    }
-    if (u->motion == PD_MOTION_IMPLICIT) {
-        *bytes += pdi_footprint_list(plan, pdi_implicit_list, &implicit);
-        *bytes += pdi_footprint_multigrid(plan, 1, 0, &b->working); /* of short steps */
-    }
+    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT) *bytes += pdi_footprint_steady(u, plan, b);
     if (u->motion == PD_MOTION_EXPLICIT) *bytes += pdi_footprint_list(plan, pdi_unsteady_list, &unsteady);
 }
 
@@ -235,8 +231,6 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     int medium = u->medium >= 0;
     pd_transport t;
     pd_two_stage two_stage;
-    pd_krylov_desc kd;
-    pd_multigrid_desc md;
     if (!u->has_transport) return;
     memset(&t, 0, sizeof t);
     memset(&two_stage, 0, sizeof two_stage);
@@ -257,17 +251,18 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     t.flux.conductance.capacity = plan->bonds.capacity;
     t.flux.conductance.rests = pdi_transport_rests(&t);
     two_stage.transport = &t;
-    pdi_transport_solvers(&t, &kd, &md);
-    *bytes = pdi_footprint_list(plan, pdi_transport_list, &t) + pdi_footprint_krylov(plan, &kd);
+    pdi_transport_plan(&plan->ctx, &t);
+    *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
+    *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
+    t.diffusion.capacity = plan->bonds.capacity;
+    t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &t.diffusion);
-    *bytes += pdi_footprint_list(plan, pdi_flux_list, &t.flux);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &t.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
-    if (u->has_flow) *bytes += pdi_footprint_list(plan, pdi_limiter_list, &t.limiter);
     if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
-    *bytes += pdi_footprint_compact(plan, u->has_flow) +
-              pdi_footprint_multigrid(plan, md.symmetric, md.contrast, &b->working);
+    b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)

@@ -112,6 +112,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     if (pdi_wall_moves(u)) flow.wall = pdi_wall_velocity;
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
+    steady.arena = &m->arena;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
@@ -191,6 +192,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.walls_only = 1;
     if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
     desc.user = &m->inlet;
+    desc.arena = &m->arena;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
     PDI_TRY(pd_transport_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->transport));
     m->unknowns[PD_PART_TRANSPORT] = m->grid.fluid_count;
@@ -469,6 +471,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_unsteady_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
+    pd_arena_free(ctx, &m->arena);
     pdi_path_free(ctx, &m->paths);
     pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);

@@ -21,6 +21,7 @@ typedef struct pd_model {
     pd_bonds bonds;
     pd_paths paths;           /* of `across`; both absent when nothing asks for surfaces */
     pd_inlet inlet;
+    pd_arena arena;           /* of flow and transport, which never solve at the same time */
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
     pd_quasi_steady quasi;

@@ -15,12 +15,17 @@ PDI_FN int64_t pdi_compact_cell(const pd_grid *grid, const int *i)
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object)
 {
     pd_compact *compact = (pd_compact *)object;
-    PDI_ARRAY(owner, compact, active, compact->cells, "1");
-    PDI_ARRAY(owner, compact, wall, compact->cells, "1");
-    PDI_ARRAY(owner, compact, mass, compact->cells, "1/s");
+    PDI_RAW(owner, compact, active, compact->cells, "1");
+    PDI_RAW(owner, compact, wall, compact->cells, "1");
+    PDI_RAW(owner, compact, mass, compact->cells, "1/s");
+}
+
+PDI_FN void pdi_compact_face_list(pdi_owner *owner, void *object)
+{
+    pd_compact *compact = (pd_compact *)object;
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_ARRAY(owner, compact, conduct[d], compact->cells, "1/s");
-        if (compact->with_flux) PDI_ARRAY(owner, compact, flux[d], compact->cells, "1/s");
+        PDI_RAW(owner, compact, conduct[d], compact->cells, "1/s");
+        if (compact->with_flux) PDI_RAW(owner, compact, flux[d], compact->cells, "1/s");
     }
 }
 
@@ -31,12 +36,6 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     c->cells = 1;
     for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
     c->with_flux = with_flux;
-}
-
-PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *c)
-{
-    pdi_compact_plan(grid, with_flux, c);
-    return pdi_owner_build(ctx, pdi_compact_list, c);
 }
 
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
@@ -147,12 +146,6 @@ PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc)
     desc->contrast = pdi_compact_contrast(grid->n, grid->h);
     desc->first = pd_grid_node(grid, origin);
     desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
-}
-
-PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *c)
-{
-    pdi_owner_free(ctx, pdi_compact_list, c);
-    memset(c, 0, sizeof *c);
 }
 
 PDI_FN void pdi_compact_upwind(const pd_stencil *s, double share, double *spread)

@@ -27,10 +27,11 @@ typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
 } pdi_compact_faces;
 
-/* Arrays of a pd_compact, and one without them, which can be counted. */
+/* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be
+ * counted. */
 PDI_FN void pdi_compact_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_compact_face_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *compact);
-PDI_FN pd_status pdi_compact_build(pd_ctx *ctx, const pd_grid *grid, int with_flux, pd_compact *compact);
 /* What becomes of the convective term. */
 typedef struct pdi_compact_convection {
     const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
@@ -43,7 +44,6 @@ PDI_FN void pdi_compact_upwind(const pd_stencil *stencil, double share, double *
 PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_media *media,
                              const pdi_compact_convection *convection, double mass, const pdi_compact_faces *faces,
                              pd_compact *compact);
-PDI_FN void pdi_compact_free(pd_ctx *ctx, pd_compact *compact);
 /* 1: single precision does not do. The rounding of a field is a share eps of the field and changes from cell to cell,
  * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
  * which may change over the whole box. */

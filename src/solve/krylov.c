@@ -22,6 +22,7 @@ typedef struct pdi_krylov_run {
     void *user;
     const double *b;
     double *x;
+    double *v, *w; /* GMRES: [n] the two work vectors, which change their places */
     double b_norm, target;
     pd_krylov_result *result;
 } pdi_krylov_run;
@@ -42,9 +43,14 @@ PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
     pd_krylov *krylov = (pd_krylov *)object;
     int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
+    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
+    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+}
+
+static void pdi_krylov_small_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
-    if (basis && krylov->desc.compressed) PDI_ARRAY(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_ARRAY(owner, krylov, basis, basis, "1");
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -63,9 +69,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
     if (d->restart < 1 || d->restart > 1000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    if (d->most > (PD_KRYLOV_MORE + 1) * d->restart)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "most = %d, expected at most %d times restart = %d", d->most,
-                        PD_KRYLOV_MORE + 1, d->restart);
+    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -75,7 +79,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = d->spans ? 4 : 3;
+        krylov->vectors = 2;
         krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
         krylov->columns = d->restart;
         break;
@@ -88,19 +92,27 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     pd_status status = pdi_krylov_plan(ctx, desc, krylov);
+    if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_small_list, krylov);
+    if (status < 0) memset(krylov, 0, sizeof *krylov);
+    return status;
+}
+
+PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+{
+    pd_status status = pdi_krylov_prepare(ctx, desc, krylov);
     if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
     if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
 PDI_COLD_END
 
-/* Entries of one chunk of what has grown: `restart` vectors, and as many preconditioned ones. */
+/* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->desc.restart * (krylov->desc.flexible ? 2 : 1);
+    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -129,13 +141,16 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 }
 
 /* Columns of the basis as it is now. */
-static int pdi_krylov_room(const pd_krylov *krylov) { return (krylov->chunks + 1) * krylov->desc.restart; }
+static int pdi_krylov_room(const pd_krylov *krylov)
+{
+    return krylov->desc.restart + krylov->chunks * krylov->grow;
+}
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->desc.restart;
-    if (columns > krylov->desc.most) return 0;
+    int columns = pdi_krylov_room(krylov) + krylov->grow;
+    if (columns > krylov->desc.most || !krylov->grow) return 0;
     pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
                                  &krylov->more[krylov->chunks]);
     if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
@@ -153,6 +168,7 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     pdi_krylov_trim(ctx, krylov);
     pdi_owner_free(ctx, pdi_krylov_list, krylov);
+    pdi_owner_free(ctx, pdi_krylov_small_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
 
@@ -167,12 +183,12 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, flexible = i >= pdi_krylov_flexible(k);
+    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : at / restart - 1;
+    *chunk = at < restart ? -1 : (at - restart) / grow;
     if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
     if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * (at % restart + (flexible ? restart : 0));
+    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -274,14 +290,13 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
-/* The entries of a full vector that the basis has: the vector itself, or a copy that the next call overwrites. */
-static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full)
+/* The entries of a full vector that the basis has: the vector itself, or a copy in `room`, whose content is lost. */
+static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (!d->spans) return full;
-    double *packed = pdi_krylov_vector(run, 3);
-    pdi_spans_pack(run->ctx, d->spans, d->components, full, packed);
-    return packed;
+    pdi_spans_pack(run->ctx, d->spans, d->components, full, room);
+    return room;
 }
 
 /* Bring them to a full vector, which is zero between. */
@@ -289,7 +304,12 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
-    else if (packed != full) pdi_krylov_copy(run, packed, full);
+}
+
+/* What was `room` becomes a vector that callbacks write to: zero where they do not. */
+static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
+{
+    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
@@ -309,9 +329,10 @@ static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int 
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */
-static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *v)
+static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *room,
+                               double *v)
 {
-    double *sum = run->k->desc.spans ? pdi_krylov_vector(run, 3) : v;
+    double *sum = run->k->desc.spans ? room : v;
     pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
         pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
@@ -405,17 +426,59 @@ static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
     return s;
 }
 
-/* One cycle from the residual in work vector 0 (norm beta). The correction is added to x; work vector 1 keeps the x
- * before. */
-static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
+static void pdi_krylov_swap(pdi_krylov_run *run)
+{
+    double *v = run->v;
+    run->v = run->w;
+    run->w = v;
+}
+
+/* w, packed = A M^-1 v. The preconditioned vector, v and what is packed take their turns in two vectors. */
+static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double *unit)
+{
+    if (!run->precond) {
+        pdi_krylov_apply(run, run->v, run->w);
+        pdi_krylov_swap(run); /* v is that vector */
+        return pdi_krylov_pack(run, run->v, run->w);
+    }
+    pdi_krylov_precond(run, run->v, run->w);
+    if (flexible) {
+        double *packed = pdi_krylov_pack(run, run->w, run->v);
+        if (j == 0) *unit = pdi_krylov_unit(run, packed);
+        pdi_krylov_keep(run, *unit, packed, pdi_krylov_flexible(run->k) + j);
+        pdi_krylov_unpack(run, packed, run->w);
+        pdi_krylov_clear(run, run->v);
+    }
+    pdi_krylov_apply(run, run->w, run->v);
+    return pdi_krylov_pack(run, run->v, run->w);
+}
+
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
+{
+    int first = flexible ? pdi_krylov_flexible(run->k) : 0;
+    pdi_krylov_combine(run, first, count, y, run->w, run->v);
+    if (run->precond && !flexible) {
+        pdi_krylov_clear(run, run->w);
+        pdi_krylov_precond(run, run->v, run->w);
+        pdi_krylov_swap(run);
+    }
+    if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    pdi_krylov_copy(run, run->x, run->w);
+    pdi_krylov_axpy(run, 1.0, run->v, run->x);
+    return PD_OK;
+}
+
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
     int flexible = d->flexible && run->precond, count = 0;
     pdi_krylov_dense s = pdi_krylov_look(run->k);
-    double *v = pdi_krylov_vector(run, 0), *w = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
-    double unit = 1.0, *packed = pdi_krylov_pack(run, v);
+    double unit = 1.0, *packed = pdi_krylov_pack(run, run->v, run->w);
     pdi_krylov_keep(run, 1.0 / beta, packed, 0);
-    pdi_krylov_unpack(run, packed, v);
+    pdi_krylov_unpack(run, packed, run->v);
+    pdi_krylov_clear(run, run->w);
     s.g[0] = beta;
     while (run->result->iterations < d->max_iterations) {
         int j = count;
@@ -426,15 +489,7 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         }
         double *h = s.hess + pdi_krylov_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
-        pdi_krylov_precond(run, v, z);
-        if (flexible) {
-            packed = pdi_krylov_pack(run, z);
-            if (j == 0) unit = pdi_krylov_unit(run, packed);
-            pdi_krylov_keep(run, unit, packed, pdi_krylov_flexible(run->k) + j);
-            pdi_krylov_unpack(run, packed, z);
-        }
-        pdi_krylov_apply(run, z, w);
-        packed = pdi_krylov_pack(run, w);
+        packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
         if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
             return pdi_krylov_diverged(run, "an operator application");
@@ -445,31 +500,23 @@ static pd_status pdi_krylov_gmres_cycle(const pdi_krylov_run *run, double beta)
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
-        pdi_krylov_unpack(run, packed, v);
+        pdi_krylov_unpack(run, packed, run->v);
+        pdi_krylov_clear(run, run->w);
     }
     pdi_krylov_back(count, s.hess, s.g, s.y);
-    if (flexible) pdi_krylov_combine(run, pdi_krylov_flexible(run->k), count, s.y, z);
-    else {
-        pdi_krylov_combine(run, 0, count, s.y, v);
-        pdi_krylov_precond(run, v, z);
-    }
-    if (!pdi_krylov_finite(pdi_krylov_dot(run, z, z))) return pdi_krylov_diverged(run, "the correction");
-    pdi_krylov_copy(run, run->x, w);
-    pdi_krylov_axpy(run, 1.0, z, run->x);
-    return PD_OK;
+    return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
-static pd_status pdi_krylov_gmres(const pdi_krylov_run *run, double norm)
+static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    double *r = pdi_krylov_vector(run, 0);
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, r);
+        double fresh = pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, pdi_krylov_vector(run, 1), run->x);
+            pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
@@ -591,7 +638,7 @@ PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    double *r = pdi_krylov_vector(run, 0);
+    double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
     if (!pdi_krylov_finite(run->b_norm))
         return pdi_fail(run->ctx, PD_ERR_ARGUMENT, "krylov", "the right-hand side is not finite");
@@ -628,6 +675,10 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
+    run.v = pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, 1);
+    pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
+    pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* the one solution needs no iteration */

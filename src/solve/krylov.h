@@ -5,7 +5,7 @@
  */
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
-#include "core/owner.h"
+#include "core/arena.h"
 #include "lattice/span.h"
 #include <math.h>
 
@@ -13,10 +13,10 @@
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Times that a basis may grow. */
-#define PD_KRYLOV_MORE 32
+#define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 4 vectors (flexible: 2 restart + 4) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
@@ -29,8 +29,8 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
-    int most;           /* [-] GMRES: it takes memory for up to so many of them, `restart` at a time, before it
-                         * restarts; 0: restart. Where memory is refused it restarts */
+    int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
+                         * restart. Where memory is refused it restarts */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -54,8 +54,9 @@ typedef struct pd_krylov {
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `restart` vectors each as in the basis (flexible: twice) */
+    void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
 } pd_krylov;
 
@@ -78,6 +79,8 @@ static inline double pdi_krylov_forcing(double left)
 }
 /* Allocate all work. PD_ERR_ARGUMENT: a knob is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+/* The same but for the vectors, pdi_krylov_list: an arena lends them for each solve. */
+PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
@@ -94,7 +97,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
                                   const double *b, double *x, pd_krylov_result *result);
 
-/* Arrays of a pd_krylov, and one without them, which can be counted. */
+/* Vectors of a pd_krylov, and one without them, which can be counted. */
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif

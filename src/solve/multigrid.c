@@ -43,12 +43,17 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_ARRAY(owner, mg, store, pdi_multigrid_store(mg), "1");
+    PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
-    PDI_ARRAY(owner, mg, mark, fine->cells + 3, "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
     if (wraps) PDI_ARRAY(owner, fine, edge, fine->cells, "1");
+}
+
+PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
+{
+    pd_multigrid *mg = (pd_multigrid *)object;
+    PDI_ARRAY(owner, mg, mark, mg->level[0].cells + 3, "1");
 }
 
 static void pdi_multigrid_edges(pd_smoother_level *fine)
@@ -84,11 +89,18 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     return PD_OK;
 }
 
-static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+/* Zeros in the pads of a padded array of the store, or in all of it. */
+static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
 {
+    int64_t cells = mg->level[0].cells, pad = mg->pad;
+    memset(values - pad, 0, (size_t)(all ? cells + 2 * pad : pad) * sizeof *values);
+    if (!all) memset(values + cells, 0, (size_t)pad * sizeof *values);
+}
+
+PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
+{
+    const pd_multigrid_desc *desc = &mg->desc;
     pd_smoother_level *fine = &mg->level[0];
-    PDI_TRY(pdi_multigrid_plan(ctx, desc, mg));
-    PDI_TRY(pdi_owner_build(ctx, pdi_multigrid_list, mg));
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
@@ -96,6 +108,9 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
     for (int d = 0; d < PD_DIM; d++)
         fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    pdi_multigrid_blank(mg, fine->x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
+    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
     fine->b = next + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = fine->r + cells;
@@ -105,19 +120,32 @@ static pd_status pdi_multigrid_make(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     }
     pdi_multigrid_edges(fine);
     fine->end = fine->begin + cells / fine->n[0];
-    return PD_OK;
+}
+
+PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
+{
+    pd_smoother_level *fine = &mg->level[0];
+    mg->levels = 0;
+    fine->x = fine->b = fine->r = fine->inv = fine->excess = NULL;
+    fine->sum = NULL;
+    fine->end = NULL;
+    for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
 }
 
 PDI_FN pd_status pdi_multigrid_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
-    pd_status status = pdi_multigrid_make(ctx, desc, mg);
+    pd_status status = pdi_multigrid_plan(ctx, desc, mg);
+    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_mark_list, mg);
+    if (status == PD_OK && !desc->arena) status = pdi_owner_build(ctx, pdi_multigrid_list, mg);
     if (status < 0) pdi_multigrid_free(ctx, mg);
+    if (status == PD_OK && !desc->arena) pdi_multigrid_open(mg);
     return status;
 }
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_owner_free(ctx, pdi_multigrid_list, mg);
+    pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
@@ -241,7 +269,7 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
     }
 }
 
-static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
 {
     pdi_coarsen how;
     how.symmetric = mg->desc.symmetric;
@@ -255,6 +283,14 @@ static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
         mg->levels = l + 2;
     }
     return PD_OK;
+}
+
+static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
+{
+    pd_arena *arena = mg->desc.arena;
+    if (!arena) return pdi_multigrid_descend(ctx, mg);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_multigrid_mark_list, mg));
+    return pdi_arena_return(ctx, arena, pdi_multigrid_mark_list, mg, pdi_multigrid_descend(ctx, mg));
 }
 
 PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,

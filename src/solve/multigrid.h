@@ -15,7 +15,7 @@
  */
 #ifndef PD_MULTIGRID_H
 #define PD_MULTIGRID_H
-#include "core/owner.h"
+#include "core/arena.h"
 #include "solve/smoother.h"
 
 #define PD_MULTIGRID_LEVELS 40 /* most levels */
@@ -30,6 +30,9 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
+                             * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
+                             * its own */
 } pd_multigrid_desc;
 
 typedef struct pd_multigrid {
@@ -39,7 +42,7 @@ typedef struct pd_multigrid {
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
-    int32_t *mark;  /* [cells + 3] counts and marks of the setup */
+    int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 
@@ -68,9 +71,13 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
  * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
-/* Arrays of the finest level of a pd_multigrid, and one without them, which can be counted. */
+/* Arrays of the finest level of a pd_multigrid, those of a setup, and a multigrid without any, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);
 PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+/* With an arena: the arrays of the finest level have been lent, and will be returned. A setup has to follow. */
+PDI_FN void pdi_multigrid_open(pd_multigrid *mg);
+PDI_FN void pdi_multigrid_close(pd_multigrid *mg);
 #endif
 
 #endif

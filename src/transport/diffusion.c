@@ -66,7 +66,7 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k)
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
     int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-    if (!d->metal || group < 0) return 0;
+    if (!d->metals || group < 0) return 0;
     int32_t cell = bonds->node[r] + bonds->paths.cell_shift[s->group_cell[group]];
     if (bonds->grid->kind[cell] != PD_SOLID) cell = pdi_grid_image(bonds->grid, cell, NULL);
     return bonds->grid->kind[cell] == PD_SOLID;
@@ -132,12 +132,12 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
 {
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
-    const float *cut = d->cut + bonds->node[r];
+    const int32_t *place = d->place + bonds->node[r];
     const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || !(cut[bonds->paths.shift[k]] > 0.0f)) continue;
+        if (!pdi_bond_open(bonds, r, k) || place[bonds->paths.shift[k]] < 0) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -184,7 +184,7 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     enum { N = PD_DIFFUSION_TENSOR };
     double x[N];
     pdi_diffusion_cuts cuts;
-    int64_t i = d->bonds->node[r];
+    int64_t i = d->place[d->bonds->node[r]];
     pdi_diffusion_count(d, r, held, &cuts);
     /* a diagonal entry is positive where bonds are cut */
     if (cuts.walls[0] + cuts.walls[N > 1 ? 2 : 0] + cuts.walls[N - 1] > 0.0) {
@@ -198,7 +198,42 @@ static void pdi_diffusion_keep(pd_diffusion *d, int32_t r, const uint8_t *held)
     for (int a = 0; a < PD_DIM; a++) d->facing[i * PD_DIM + a] = pdi_diffusion_round(cuts.normal[a]);
 }
 
-/* What a ghost has of the tensors [total][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
+/* ---- places ---- */
+
+static void pdi_diffusion_take(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) return;
+    PD_ASSERT(d->spares || d->used < d->capacity);
+    d->place[i] = d->spares ? d->spare[--d->spares] : d->used++;
+}
+
+static void pdi_diffusion_leave(pd_diffusion *d, int32_t i)
+{
+    if (d->place[i] >= 0) d->spare[d->spares++] = d->place[i];
+    d->place[i] = -1;
+}
+
+/* The ghost k of the list has the numbers of the node that it stands for, or mirrors. */
+static int pdi_diffusion_stands(const pd_ghosts *g, int32_t k) { return k < g->images || k >= g->count; }
+
+/* Room for all rows and for the ghosts of them. *all: 1 when there is other room than before, where nothing stands. */
+static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
+{
+    const pd_bonds *bonds = d->bonds;
+    const pd_ghosts *g = &bonds->ghosts;
+    int64_t need = bonds->rows;
+    for (int32_t k = 0; k < g->listed; k++)
+        need += pdi_diffusion_stands(g, k) && (bonds->row[g->source[k]] >= 0 || d->place[g->source[k]] >= 0);
+    if (need <= d->capacity && d->tensor) return PD_OK;
+    need += need / 4;
+    d->used = d->spares = 0;
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
+    *all = 1;
+    return pdi_owner_renew(ctx, pdi_diffusion_place_list, d, &d->capacity,
+                           (int32_t)(need < INT32_MAX ? need : INT32_MAX));
+}
+
+/* What a ghost has of the tensors [capacity][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
  * off-diagonal entries change their sign. */
 static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int flip)
 {
@@ -214,17 +249,21 @@ static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int
 static void pdi_diffusion_ghosts(pd_diffusion *d)
 {
     const pd_ghosts *g = &d->bonds->ghosts;
+    for (int32_t k = 0; k < g->listed; k++)
+        if (pdi_diffusion_stands(g, k) && d->place[g->source[k]] < 0) pdi_diffusion_leave(d, g->node[k]);
     for (int32_t k = 0; k < g->listed; k++) {
-        int64_t i = g->node[k], from = g->source[k];
-        if (k >= g->images && k < g->count) continue;
-        d->cut[i] = d->cut[from];
-        d->renewed[i] = d->renewed[from];
-        pdi_diffusion_mirror(d->tensor, i, from, g->odd[k]);
-        if (!d->metal) continue;
-        pdi_diffusion_mirror(d->metal, i, from, g->odd[k]);
+        int32_t i = g->node[k], source = g->source[k];
+        if (!pdi_diffusion_stands(g, k)) continue;
+        d->renewed[i] = d->renewed[source];
+        if (d->place[source] < 0) continue;
+        pdi_diffusion_take(d, i);
+        int64_t to = d->place[i], from = d->place[source];
+        pdi_diffusion_mirror(d->tensor, to, from, g->odd[k]);
+        if (!d->metals) continue;
+        pdi_diffusion_mirror(d->metal, to, from, g->odd[k]);
         for (int a = 0; a < PD_DIM; a++) {
             float value = d->facing[from * PD_DIM + a];
-            d->facing[i * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
+            d->facing[to * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
         }
     }
 }
@@ -275,30 +314,31 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
 {
     const pd_bonds *bonds = d->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t i = bonds->node[r];
-    double x[PD_DIM], t, value;
+    int32_t i = bonds->node[r], place = d->place[i];
+    double x[PD_DIM], t, value, *grad = d->wall_grad + (int64_t)place * PD_DIM;
+    double *grad_rate = d->wall_grad_rate + (int64_t)place * PD_DIM;
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
         if (pdi_bond_open(bonds, r, k)) continue;
         if (pdi_diffusion_unasked(d, r, k)) {
-            d->wall_part[i] = 1;
+            d->wall_part[place] = 1;
             continue;
         }
         double c = pdi_diffusion_meet(d, r, k, x, &t, &value);
-        if (!(c >= 0.0)) d->wall_part[i] = 1;
+        if (!(c >= 0.0)) d->wall_part[place] = 1;
         if (c < 0.0) d->held_least = fmin(d->held_least, c); /* for the caller to refuse */
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM; a++) {
-            d->wall_grad[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t * c;
-            d->wall_grad_rate[(int64_t)a * bonds->grid->total + i] += s->grad[k * PD_DIM + a] / t;
+            grad[a] += s->grad[k * PD_DIM + a] / t * c;
+            grad_rate[a] += s->grad[k * PD_DIM + a] / t;
         }
-        if (first) d->wall_value[i] = c;
+        if (first) d->wall_value[place] = c;
         first = 0;
         d->wall_rate[i] += value;
         d->wall_source[i] += value * c;
-        d->wall_rest[i] += value * (c - d->wall_value[i]);
+        d->wall_rest[place] += value * (c - d->wall_value[place]);
         d->held_least = fmin(d->held_least, c);
         d->held_most = fmax(d->held_most, c);
     }
@@ -316,72 +356,89 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 /* What node i gets from held walls is renewed. */
 static void pdi_diffusion_release(pd_diffusion *d, int32_t i)
 {
-    int64_t total = d->bonds->grid->total;
-    d->wall_rate[i] = d->wall_source[i] = d->wall_value[i] = d->wall_rest[i] = 0.0;
-    for (int a = 0; a < PD_DIM; a++) d->wall_grad[a * total + i] = d->wall_grad_rate[a * total + i] = 0.0;
+    int64_t place = d->place[i];
+    d->wall_rate[i] = d->wall_source[i] = 0.0;
+    if (place < 0) return;
+    d->wall_value[place] = d->wall_rest[place] = 0.0;
+    for (int a = 0; a < PD_DIM; a++) d->wall_grad[place * PD_DIM + a] = d->wall_grad_rate[place * PD_DIM + a] = 0.0;
 }
 
 /* The numbers of node i are renewed. */
 static void pdi_diffusion_clear(pd_diffusion *d, int32_t i)
 {
     enum { N = PD_DIFFUSION_TENSOR };
+    int64_t place = d->place[i];
     d->renewed[i] = d->bonds->version;
-    for (int t = 0; t < N; t++) d->tensor[(int64_t)i * N + t] = 0.0f;
-    for (int t = 0; t < N && d->metal; t++) d->metal[(int64_t)i * N + t] = 0.0f;
-    for (int a = 0; a < PD_DIM && d->metal; a++) d->facing[(int64_t)i * PD_DIM + a] = 0.0f;
-    if (!d->wall_rate) return;
-    d->wall_part[i] = 0;
-    pdi_diffusion_release(d, i);
+    if (d->wall_rate) pdi_diffusion_release(d, i);
+    if (place < 0) return;
+    for (int t = 0; t < N; t++) d->tensor[place * N + t] = 0.0f;
+    for (int t = 0; t < N && d->metals; t++) d->metal[place * N + t] = 0.0f;
+    for (int a = 0; a < PD_DIM && d->metals; a++) d->facing[place * PD_DIM + a] = 0.0f;
+    if (d->wall_rate) d->wall_part[place] = 0;
 }
 
-/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. */
-static void pdi_diffusion_find(pd_diffusion *d)
+/* The same for the neighbours of node i, which has come to have cut bonds or has none any more. */
+static void pdi_diffusion_turn(pd_diffusion *d, int32_t i)
 {
     const pd_bonds *bonds = d->bonds;
-    const pd_grid *grid = bonds->grid;
-    int all = d->version == 0;
-    for (int32_t i = 0; i < grid->total; i++) {
-        if (!all && bonds->renewed[i] <= d->version) continue;
-        float cut = pdi_diffusion_cut(bonds, i) ? 1.0f : 0.0f;
-        int turned = d->cut[i] < cut || d->cut[i] > cut;
-        d->cut[i] = cut;
-        pdi_diffusion_clear(d, i);
-        for (int k = 0; k < bonds->stencil->count && turned && !all; k++) {
-            int at[PD_DIM];
-            pdi_grid_index(grid, i, at);
-            for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
-            pdi_grid_fold(grid, at);
-            int32_t j = pd_grid_node(grid, at);
-            if (grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
-        }
+    for (int k = 0; k < bonds->stencil->count; k++) {
+        int at[PD_DIM];
+        pdi_grid_index(bonds->grid, i, at);
+        for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
+        pdi_grid_fold(bonds->grid, at);
+        int32_t j = pd_grid_node(bonds->grid, at);
+        if (bonds->grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
     }
 }
 
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
+/* Which nodes have bonds that are cut, and the nodes whose numbers follow from that: they, and their neighbours. Those
+ * that leave their places go first. */
+static void pdi_diffusion_find(pd_diffusion *d, int all)
+{
+    const pd_bonds *bonds = d->bonds;
+    int32_t total = bonds->grid->total;
+    for (int32_t i = 0; i < total; i++) {
+        if ((!all && bonds->renewed[i] <= d->version) || d->place[i] < 0 || pdi_diffusion_cut(bonds, i)) continue;
+        pdi_diffusion_leave(d, i);
+        if (!all) pdi_diffusion_turn(d, i);
+    }
+    for (int32_t i = 0; i < total; i++) {
+        if (!all && bonds->renewed[i] <= d->version) continue;
+        int turned = d->place[i] < 0 && pdi_diffusion_cut(bonds, i);
+        if (turned) pdi_diffusion_take(d, i);
+        pdi_diffusion_clear(d, i);
+        if (turned && !all) pdi_diffusion_turn(d, i);
+    }
+}
+
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *d)
 {
     const pd_bonds *bonds = d->bonds;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIFFUSION_TENSOR);
+    int all = d->version == 0;
     (void)nt;
-    if (d->version == bonds->version) return;
+    if (d->version == bonds->version) return PD_OK;
     if (d->version == 0) {
         d->held_least = HUGE_VAL;
         d->held_most = -HUGE_VAL;
     }
-    pdi_diffusion_find(d);
+    PDI_TRY(pdi_diffusion_fit(ctx, d, &all));
+    pdi_diffusion_find(d, all);
     pdi_diffusion_ghosts(d);
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f) || d->renewed[i] != bonds->version) continue;
+        if (d->place[i] < 0 || d->renewed[i] != bonds->version) continue;
         pdi_diffusion_hold(d, r, d->held);
         pdi_diffusion_keep(d, r, d->held);
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < (d->wall_rate ? 0 : bonds->rows); r++) {
         int32_t i = bonds->node[r];
-        if (d->cut[i] > 0.0f && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
+        if (d->place[i] >= 0 && d->renewed[i] == bonds->version) pdi_diffusion_keep(d, r, NULL);
     }
     pdi_diffusion_ghosts(d);
     d->version = bonds->version;
+    return PD_OK;
 }
 
 PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
@@ -391,7 +448,7 @@ PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
     d->held_most = -HUGE_VAL;
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
-        if (!(d->cut[i] > 0.0f)) continue;
+        if (d->place[i] < 0) continue;
         pdi_diffusion_release(d, i);
         pdi_diffusion_hold(d, r, d->held);
     }
@@ -402,22 +459,29 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     pd_diffusion *diffusion = (pd_diffusion *)object;
     if (!diffusion->bonds) return;
     int64_t total = diffusion->bonds->grid->total;
-    int metal = diffusion->metal || diffusion->bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_ARRAY(owner, diffusion, unit, PD_DIM * diffusion->bonds->stencil->count, "1");
-    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * total, "1");
-    PDI_ARRAY(owner, diffusion, cut, total, "1");
+    PDI_ARRAY(owner, diffusion, place, total, "1");
     PDI_ARRAY(owner, diffusion, renewed, total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * total, "1");
-    if (metal) PDI_ARRAY(owner, diffusion, facing, PD_DIM * total, "1");
     if (!diffusion->desc.held) return;
     PDI_ARRAY(owner, diffusion, wall_rate, total, "1/s");
     PDI_ARRAY(owner, diffusion, wall_source, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_value, total, "mol/m3");
-    PDI_ARRAY(owner, diffusion, wall_rest, total, "mol/m3/s");
-    PDI_ARRAY(owner, diffusion, wall_part, total, "1");
-    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * total, "mol/m4");
-    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * total, "1/m");
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
+}
+
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
+{
+    pd_diffusion *diffusion = (pd_diffusion *)object;
+    int64_t count = diffusion->capacity;
+    PDI_ARRAY(owner, diffusion, spare, count, "1");
+    PDI_ARRAY(owner, diffusion, tensor, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, metal, PD_DIFFUSION_TENSOR * count, "1");
+    if (diffusion->metals) PDI_ARRAY(owner, diffusion, facing, PD_DIM * count, "1");
+    if (!diffusion->desc.held) return;
+    PDI_ARRAY(owner, diffusion, wall_value, count, "mol/m3");
+    PDI_ARRAY(owner, diffusion, wall_rest, count, "mol/m3/s");
+    PDI_ARRAY(owner, diffusion, wall_part, count, "1");
+    PDI_ARRAY(owner, diffusion, wall_grad, PD_DIM * count, "mol/m4");
+    PDI_ARRAY(owner, diffusion, wall_grad_rate, PD_DIM * count, "1/m");
 }
 
 static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -428,7 +492,9 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
+    d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
     PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
         pdi_diffusion_offset(d, k, xi);
@@ -440,8 +506,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
     d->field = d->media.at;
-    pdi_diffusion_update(ctx, d);
-    return PD_OK;
+    return pdi_diffusion_update(ctx, d);
 }
 
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc, pd_diffusion *d)
@@ -451,7 +516,7 @@ PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const p
     return status;
 }
 
-/* e^T X e of tensor i of a field of them. `along`: e e^T, entries counting as often as in the full tensor. */
+/* e^T X e of tensor i of an array of them. `along`: e e^T, entries counting as often as in the full tensor. */
 static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const double *along)
 {
     const float *tensor = tensors + i * PD_DIFFUSION_TENSOR;
@@ -460,7 +525,7 @@ static double pdi_diffusion_quadratic(const float *tensors, int64_t i, const dou
     return sum;
 }
 
-/* The same of what metal beside node i adds. */
+/* The same of what metal beside the node of place i adds. */
 static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const double *e, const double *along)
 {
     double normal[PD_DIM];
@@ -470,14 +535,14 @@ static double pdi_diffusion_beside(const pd_diffusion *d, int64_t i, const doubl
 
 PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 {
-    int32_t j = i + d->bonds->paths.shift[k];
+    int32_t near = d->place[i], far = d->place[i + d->bonds->paths.shift[k]];
     const double *e = d->unit + k * PD_DIM;
     double along[PD_DIFFUSION_TENSOR];
-    if (!(d->cut[i] > 0.0f) || !(d->cut[j] > 0.0f)) return 0.0f;
+    if (near < 0 || far < 0) return 0.0f;
     pdi_diffusion_pack(e, along);
     for (int t = 0; t < PD_DIFFUSION_TENSOR; t++) along[t] *= pdi_diffusion_twice(t);
-    double twice = pdi_diffusion_quadratic(d->tensor, i, along) + pdi_diffusion_quadratic(d->tensor, j, along);
-    if (d->metal) twice += pdi_diffusion_beside(d, i, e, along) + pdi_diffusion_beside(d, j, e, along);
+    double twice = pdi_diffusion_quadratic(d->tensor, near, along) + pdi_diffusion_quadratic(d->tensor, far, along);
+    if (d->metals) twice += pdi_diffusion_beside(d, near, e, along) + pdi_diffusion_beside(d, far, e, along);
     double more = fmax(0.5 * twice, PDI_DIFFUSION_LEAST - 1.0);
     return (float)(more < PDI_DIFFUSION_MOST - 1.0 ? more : PDI_DIFFUSION_MOST - 1.0);
 }
@@ -496,6 +561,7 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
     pdi_owner_free(ctx, pdi_diffusion_list, d);
+    pdi_owner_free(ctx, pdi_diffusion_place_list, d);
     pdi_media_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }

@@ -30,12 +30,16 @@ typedef struct pd_diffusion {
     const pd_bonds *bonds;
     double *unit;                       /* [count][PD_DIM] [-] direction of each bond in cells */
     double flattest;                    /* [-] square of the longest bond, in cells, to the next plane of the lattice */
-    float *tensor;                      /* [total][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7), 0 elsewhere: xx,
-                                         * xy, yy, xz, yz, zz */
-    float *metal;                       /* [total][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
+    int32_t *place;                     /* [total] where the numbers of a node stand that has cut bonds, or of a ghost
+                                         * that stands for one; -1: it has none */
+    int32_t capacity, used;             /* of places; those from `used` on were never taken */
+    int32_t *spare, spares;             /* [capacity] places that nodes have left */
+    float *tensor;                      /* [capacity][PD_DIFFUSION_TENSOR] [-] K - I of rows (eq. 5.7): xx, xy, yy, xz,
+                                         * yz, zz */
+    float *metal;                       /* [capacity][PD_DIFFUSION_TENSOR] [-] the same for what metal cuts, along its
                                          * surface; or NULL */
-    float *facing;                      /* [total][PD_DIM] [-] the normal of that surface in cells, or NULL */
-    float *cut;                         /* [total] [-] 1: a bond of the node is cut */
+    float *facing;                      /* [capacity][PD_DIM] [-] the normal of that surface in cells, or NULL */
+    int metals;                         /* 1: there are those two */
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
     uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
@@ -43,11 +47,11 @@ typedef struct pd_diffusion {
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
     double *wall_source;                /* [total] [mol/m3/s] sum of conductance times held value, or NULL */
-    double *wall_value, *wall_rest;     /* [total] [mol/m3], [mol/m3/s] one of the values that the node sees, and what
-                                         * `wall_source` is beside `wall_rate` times that; or NULL */
-    double *wall_grad, *wall_grad_rate; /* [PD_DIM][total] [mol/m4], [1/m] held values add grad - rate c to the
+    double *wall_value, *wall_rest;     /* [capacity] [mol/m3], [mol/m3/s] one of the values that the node sees, and
+                                         * what `wall_source` is beside `wall_rate` times that; or NULL */
+    double *wall_grad, *wall_grad_rate; /* [capacity][PD_DIM] [mol/m4], [1/m] held values add grad - rate c to the
                                          * gradient at their node; or NULL */
-    uint8_t *wall_part;                 /* [total] 1: a cut bond of the node sees no held value, or NULL */
+    uint8_t *wall_part;                 /* [capacity] 1: a cut bond of the node sees no held value, or NULL */
     uint8_t *held;                      /* [count of a family] work */
     double held_least, held_most;       /* [mol/m3] bounds of the values held; least > most: none */
 } pd_diffusion;
@@ -57,13 +61,14 @@ typedef struct pd_diffusion {
 PDI_FN pd_status pdi_diffusion_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_diffusion_desc *desc,
                                      pd_diffusion *diffusion);
 /* After pd_bonds_update. */
-PDI_FN void pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
+PDI_FN pd_status pdi_diffusion_update(pd_ctx *ctx, pd_diffusion *diffusion);
 /* `held` gives other values than before, on the same surfaces. */
 PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
-/* Arrays of a pd_diffusion. */
+/* Arrays of a pd_diffusion by the lattice, and by the places. */
 PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,
@@ -76,7 +81,8 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *diffusion, int32_t i, int k, 
  * conductor they drown in their products. */
 static inline double pdi_diffusion_gain(const pd_diffusion *d, int32_t i, double c, double rest)
 {
-    return d->wall_rate ? d->wall_rate[i] * ((d->wall_value[i] - c) - rest) + d->wall_rest[i] : 0.0;
+    if (!d->wall_rate || d->place[i] < 0) return 0.0;
+    return d->wall_rate[i] * ((d->wall_value[d->place[i]] - c) - rest) + d->wall_rest[d->place[i]];
 }
 #endif
 

@@ -26,17 +26,10 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
-pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+/* A step within the limit, with all that is lent for it. */
+static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
-    if (!(dt > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_transport_solves(ctx, t));
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
@@ -56,4 +49,18 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
+}
+
+pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
+{
+    if (!(dt > 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_transport_solves(ctx, t));
+    double limit = pd_transport_limit(ctx, t);
+    if (dt > limit * (1.0 + 1e-12)) {
+        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+        return PD_RETRY;
+    }
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }

@@ -570,8 +570,8 @@ PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
     pd_flux *flux = (pd_flux *)object;
     if (!flux->flow) return;
     int64_t total = flux->bonds->grid->total;
-    PDI_ARRAY(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
-    if (PD_DIM < 3) PDI_ARRAY(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
+    PDI_RAW(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
+    if (PD_DIM < 3) PDI_RAW(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
 static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
@@ -600,13 +600,11 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
     pdi_flux_ratio(t);
     t->conductance.bonds = t->bonds;
     t->conductance.diffusion = t->diffusion;
-    PDI_TRY(pdi_owner_build(ctx, pdi_flux_list, t));
     return pdi_flux_fit(ctx, t);
 }
 
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
-    pdi_owner_free(ctx, pdi_flux_list, t);
     pdi_owner_free(ctx, pdi_conductance_list, &t->conductance);
     pdi_owner_free(ctx, pdi_flux_boundary_list, t);
     t->boundary_capacity = 0;

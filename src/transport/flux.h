@@ -18,10 +18,11 @@ typedef struct pd_flux {
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */
     int even;                      /* ... 1: it is */
-    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from */
+    double *stream;                /* [PD_DIM+1][total] w [m/s] and q [m2/s] that the volume fluxes follow from; lent
+                                    * for a step */
     double *flux;                  /* [count/2][total] [1/s] volume fluxes F of the first half of the bonds: those of
                                     * the others are what their far ends have, negated. NULL in 3D, where making them
-                                    * anew takes no longer than reading them, and for fluid at rest */
+                                    * anew takes no longer than reading them, and for fluid at rest; lent, too */
     pd_conductance conductance;    /* of the bonds of rows */
     const double *plain;           /* [total] [mol/m3] the field, where `pdi_flux_apply` at rest is given it less a
                                     * constant; else NULL */
@@ -33,7 +34,7 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_flux by the lattice. */
+/* Arrays of a pd_flux that are lent for a step. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);

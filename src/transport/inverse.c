@@ -8,19 +8,27 @@
 #define PDI_INVERSE_STIFF 1e6
 
 PDI_COLD_BEGIN
-PDI_FN pd_status pdi_inverse_build(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
+PDI_FN pd_status pdi_inverse_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
 {
     const pd_flow *flow = v->flux->flow;
     v->excess = flow ? 0.0 : pdi_compact_excess(v->flux->bonds->stencil);
-    PDI_TRY(pdi_compact_build(ctx, v->flux->bonds->grid, flow != NULL, &v->compact));
-    return pdi_multigrid_build(ctx, desc, &v->mg);
+    pdi_compact_plan(v->flux->bonds->grid, flow != NULL, &v->compact);
+    return pdi_multigrid_plan(ctx, desc, &v->mg);
 }
 
-PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v)
+PDI_FN void pdi_inverse_list(pdi_owner *owner, void *object)
 {
-    pdi_compact_free(ctx, &v->compact);
-    pdi_multigrid_free(ctx, &v->mg);
+    pd_inverse *inverse = (pd_inverse *)object;
+    pdi_compact_list(owner, &inverse->compact);
+    pdi_multigrid_list(owner, &inverse->mg);
 }
+
+PDI_FN size_t pdi_inverse_room(pd_inverse *v)
+{
+    return pdi_arena_bytes(pdi_compact_face_list, &v->compact) + pdi_arena_bytes(pdi_multigrid_mark_list, &v->mg);
+}
+
+PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v) { pdi_multigrid_free(ctx, &v->mg); }
 PDI_COLD_END
 
 /* [1/s] What a node loses of its own concentration, beside what passes its bonds. Rising laws give, and are left out:
@@ -61,8 +69,7 @@ static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinne
     }
 }
 
-PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
-                                   int32_t pinned_count)
+static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pinned, int32_t pinned_count)
 {
     const pd_flux *flux = v->flux;
     const pd_diffusion *d = flux->diffusion;
@@ -70,21 +77,32 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     pdi_compact_convection convection;
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &v->compact;
-    /* at rest later stages of a step differ by what holds the nodes alone */
-    int again = !flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
-    v->rate = rate;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;
-    if (!again)
-        pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, rate, &faces, c);
+    pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces, c);
     pdi_inverse_hold(v, pinned, pinned_count);
-    if (again) return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
-    v->fresh = 1;
     return pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
                                flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+}
+
+PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
+                                   int32_t pinned_count)
+{
+    pd_compact *c = &v->compact;
+    pd_arena *arena = v->mg.desc.arena;
+    /* at rest later stages of a step differ by what holds the nodes alone */
+    int again = !v->flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;
+    v->rate = rate;
+    if (again) {
+        pdi_inverse_hold(v, pinned, pinned_count);
+        return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+    }
+    v->fresh = 1;
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_compact_face_list, c));
+    return pdi_arena_return(ctx, arena, pdi_compact_face_list, c, pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
 
 PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)

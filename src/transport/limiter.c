@@ -29,7 +29,8 @@ typedef struct pdi_limiter_sweep {
 static int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 {
     const pd_diffusion *f = l->diffusion;
-    return f->cut[i] > 0.0f && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[i]);
+    int32_t place = f->place[i];
+    return place >= 0 && !(f->wall_rate && f->wall_rate[i] > 0.0 && !f->wall_part[place]);
 }
 
 /* Which of the rows have bond k open; 0: none. */
@@ -66,11 +67,12 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
             p->size_by[b] += pdi_limiter_size_by(step, step_by);
         }
     }
-    if (!(f->cut[i] > 0.0f)) return;
+    int64_t place = f->place[i];
+    if (place < 0) return;
     if (!pdi_limiter_cut(l, i)) {
         for (int d = 0; d < PD_DIM; d++) {
-            double rate = f->wall_grad_rate[d * total + i];
-            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[d * total + i] - rate * c;
+            double rate = f->wall_grad_rate[place * PD_DIM + d];
+            slope[d * total] += p->x ? -rate * p->x[b] : f->wall_grad[place * PD_DIM + d] - rate * c;
         }
         return;
     }
@@ -248,20 +250,4 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
     int64_t total = limiter->bonds ? limiter->bonds->grid->total : 0;
     PDI_ARRAY(owner, limiter, slope, PD_DIM * total, "mol/m4");
     PDI_ARRAY(owner, limiter, factor, total, "1");
-}
-
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
-                                   pd_limiter *l)
-{
-    memset(l, 0, sizeof *l);
-    l->bonds = diffusion->bonds;
-    l->boundary = boundary;
-    l->diffusion = diffusion;
-    return pdi_owner_build(ctx, pdi_limiter_list, l);
-}
-
-PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *l)
-{
-    pdi_owner_free(ctx, pdi_limiter_list, l);
-    memset(l, 0, sizeof *l);
 }

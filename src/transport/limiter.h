@@ -9,27 +9,24 @@
 #include "lattice/boundary.h"
 #include "transport/diffusion.h"
 
+/* The first three are borrowed. */
 typedef struct pd_limiter {
     const pd_bonds *bonds;
     const pd_boundary *boundary;
     const pd_diffusion *diffusion;
-    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included */
-    double *factor; /* [total] [-] images included; ghosts of inlets 1 */
+    double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included; lent for a step */
+    double *factor; /* [total] [-] images included; ghosts of inlets 1; lent, too */
 } pd_limiter;
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_limiter. */
 PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
-/* Both are borrowed. */
-PDI_FN pd_status pdi_limiter_build(pd_ctx *ctx, const pd_diffusion *diffusion, const pd_boundary *boundary,
-                                   pd_limiter *limiter);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *limiter, const double *c, double least);
 /* Derivatives of `factor` and `slope` for that c along x [total], with its images and zero at inlets. At a kink one of
  * both sides counts, or their mean, for all x: they are linear in x. */
 PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *limiter, const double *c, const double *x,
                                double least, double *factor_by, double *slope_by);
-PDI_FN void pdi_limiter_free(pd_ctx *ctx, pd_limiter *limiter);
 #endif
 
 #endif

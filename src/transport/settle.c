@@ -129,7 +129,7 @@ static pd_status pdi_settle_correct(pd_ctx *ctx, pd_transport *t, pd_transport_r
     return result->defect <= PDI_SETTLE_DEFECT ? PD_OK : PD_NOT_CONVERGED;
 }
 
-pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
+static pd_status pdi_settle_find(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
     double limit = pdi_settle_slowest(t);
     int krylov = 0, limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
@@ -160,12 +160,15 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
     return PD_NOT_CONVERGED;
 }
 
-PDI_FN int32_t pdi_settle_worst(const pd_transport *t)
+pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result *result)
 {
-    int32_t worst = 0;
+    PDI_TRY(pdi_transport_solves(ctx, t));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status status = pdi_settle_find(ctx, t, result);
+    t->worst = 0;
     for (int32_t i = 0; i < t->grid->total; i++)
-        if (fabs(t->work[i]) > fabs(t->work[worst])) worst = i;
-    return worst;
+        if (fabs(t->work[i]) > fabs(t->work[t->worst])) t->worst = i;
+    return pdi_transport_release(ctx, t, status);
 }
 
 #undef PDI_SETTLE_LONG

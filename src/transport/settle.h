@@ -16,8 +16,6 @@
 PD_API pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *transport, pd_transport_result *result);
 
 #ifdef PDI_INTERNAL
-/* Where the balance lacks most after pd_transport_steady: a node. */
-PDI_FN int32_t pdi_settle_worst(const pd_transport *transport);
 /* The largest defect of a steady field. */
 #define PDI_SETTLE_DEFECT 1e-6
 #endif

@@ -80,6 +80,8 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, do
     pdi_flux_anti(ctx, &t->flux, c, out);
 }
 
+static pd_arena *pdi_transport_arena(pd_transport *t) { return t->desc.arena ? t->desc.arena : &t->own; }
+
 /* What the solver callbacks see. */
 typedef struct pdi_transport_user {
     pd_ctx *ctx;
@@ -170,6 +172,17 @@ static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
     t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
 }
 
+/* A linear system with the right-hand side t->work, and the solution behind it. */
+static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn apply, pdi_transport_user *user,
+                                      pd_krylov_result *linear)
+{
+    pd_arena *arena = pdi_transport_arena(t);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &t->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
+                                        t->work + t->grid->total, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &t->krylov, status);
+}
+
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
 static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, double atol, pd_transport_result *result,
                                      double *moved)
@@ -183,8 +196,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     if (!known) pdi_transport_pin(t, residual);
     t->krylov.desc.rtol = 1e-15;
     t->krylov.desc.atol = atol;
-    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                        residual, delta, &linear);
+    pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
     if (status < 0) return status;
     result->krylov += linear.iterations;
     result->residual = linear.residual;
@@ -202,8 +214,7 @@ PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *t, double share
     user.t = t;
     t->krylov.desc.rtol = share;
     t->krylov.desc.atol = 0.0;
-    pd_status status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_apply, pdi_transport_precondition, &user,
-                                        t->work, t->work + t->grid->total, &linear);
+    pd_status status = pdi_transport_linear(ctx, t, pdi_transport_apply, &user, &linear);
     result->krylov += linear.iterations;
     return status;
 }
@@ -367,7 +378,8 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
 {
     pdi_transport_user user;
     pd_krylov_result linear;
-    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
+    const double *delta = t->work + t->grid->total;
+    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
@@ -378,8 +390,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
         t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
-        status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
-                                  delta, &linear);
+        status = pdi_transport_linear(ctx, t, pdi_transport_jacobian, &user, &linear);
         if (status < 0) break;
         result->krylov += linear.iterations;
         double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
@@ -486,6 +497,7 @@ PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
+    PDI_TRY(pdi_transport_hold(ctx, t));
     t->inverse.fresh = 0;
     t->first = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
@@ -498,12 +510,12 @@ PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *t, double dt, pd_s
 {
     if (status < 0 || status == PD_RETRY) {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
-        return status;
+        return pdi_transport_release(ctx, t, status);
     }
     pdi_transport_right_side(ctx, t); /* sources may have been settled after the last stage */
     pdi_transport_residual(ctx, t, t->carry);
     for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] *= dt;
-    return status;
+    return pdi_transport_release(ctx, t, status);
 }
 
 pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_transport_result *result)
@@ -595,30 +607,13 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.given) return PD_OK;
     t->inverse.fresh = 0;
     if (t->desc.clock) *t->desc.clock = t->time;
-    pdi_diffusion_update(ctx, &t->diffusion);
+    PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_transport_solvers(const pd_transport *t, pd_krylov_desc *kd, pd_multigrid_desc *md)
-{
-    memset(kd, 0, sizeof *kd);
-    kd->n = t->grid->total;
-    kd->spans = &t->bonds->spans;
-    kd->components = 1;
-    kd->restart = 20;
-    kd->most = t->flow ? 10 * kd->restart : 0;
-    kd->fixed = 1;
-    kd->flexible = 1;
-    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
-    kd->zero_guess = 1;
-    pdi_compact_multigrid(t->grid, md);
-    md->symmetric = t->flow == NULL;
-    md->contrast = md->contrast || t->desc.field != NULL;
-}
-
 PDI_FN int pdi_transport_rests(const pd_transport *t)
 {
     return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
@@ -636,15 +631,64 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    PDI_OWN(owner, transport->flow ? PDI_OWNED_STATE : PDI_OWNED_ARRAY, transport, anti, total, "mol/m3/s");
+    if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
-    PDI_ARRAY(owner, transport, old, total, "mol/m3");
-    PDI_ARRAY(owner, transport, upwinded, total, "1");
-    PDI_ARRAY(owner, transport, rhs, total, "mol/m3/s");
-    PDI_ARRAY(owner, transport, work, 2 * total, "");
-    PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (images || pdi_transport_rests(transport)) PDI_ARRAY(owner, transport, repeated, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+}
+
+/* What is lent for a step. */
+static void pdi_transport_work_list(pdi_owner *owner, void *object)
+{
+    pd_transport *transport = (pd_transport *)object;
+    int64_t total = transport->grid->total;
+    int images = 0;
+    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
+    PDI_RAW(owner, transport, old, total, "mol/m3");
+    PDI_RAW(owner, transport, upwinded, total, "1");
+    PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
+    PDI_RAW(owner, transport, work, 2 * total, "");
+    PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
+    if (images || pdi_transport_rests(transport)) PDI_RAW(owner, transport, repeated, total, "mol/m3");
+    if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
+    if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
+    pdi_flux_list(owner, &transport->flux);
+    pdi_inverse_list(owner, &transport->inverse);
+}
+
+static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = t->grid->total;
+    kd->spans = &t->bonds->spans;
+    kd->components = 1;
+    kd->restart = 20;
+    kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->fixed = 1;
+    kd->flexible = 1;
+    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
+    kd->zero_guess = 1;
+}
+
+PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
+{
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    pdi_transport_krylov(t, &kd);
+    pdi_compact_multigrid(t->grid, &md);
+    md.symmetric = t->flow == NULL;
+    md.contrast = md.contrast || t->desc.field != NULL;
+    md.arena = pdi_transport_arena(t);
+    t->inverse.flux = &t->flux;
+    t->limiter.bonds = t->flux.bonds = t->bonds;
+    t->flux.flow = t->flow;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
+    return pdi_krylov_plan(ctx, &kd, &t->krylov);
+}
+
+PDI_FN size_t pdi_transport_room(pd_transport *t)
+{
+    size_t setup = pdi_inverse_room(&t->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &t->krylov);
+    return pdi_arena_bytes(pdi_transport_work_list, t) + (setup > linear ? setup : linear);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -674,9 +718,9 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     if (desc->given) return PD_OK;
     pd_krylov_desc kd;
-    pd_multigrid_desc md;
-    pdi_transport_solvers(t, &kd, &md);
-    PDI_TRY(pdi_krylov_build(ctx, &kd, &t->krylov));
+    PDI_TRY(pdi_transport_plan(ctx, t));
+    pdi_transport_krylov(t, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -687,9 +731,8 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
     PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
-    if (flow) PDI_TRY(pdi_limiter_build(ctx, &t->diffusion, &t->boundary, &t->limiter));
-    t->flux.bonds = bonds;
-    t->flux.flow = flow;
+    t->limiter.boundary = &t->boundary;
+    t->limiter.diffusion = &t->diffusion;
     t->flux.diffusion = &t->diffusion;
     t->flux.limiter = &t->limiter;
     t->flux.boundary = &t->boundary;
@@ -698,9 +741,26 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_transport_inlets(ctx, t));
     PDI_TRY(pdi_transport_holds(ctx, t));
     PDI_TRY(pdi_flux_build(ctx, &t->flux));
-    t->inverse.flux = &t->flux;
     t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
-    return pdi_inverse_build(ctx, &md, &t->inverse);
+    return pdi_arena_fit(ctx, pdi_transport_arena(t), pdi_transport_room(t));
+}
+
+PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) {
+        PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        pdi_multigrid_open(&t->inverse.mg);
+    }
+    t->held++;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status status)
+{
+    if (--t->held) return status;
+    t->inverse.fresh = 0;
+    pdi_multigrid_close(&t->inverse.mg);
+    return pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -721,12 +781,12 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *a
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     pdi_flux_free(ctx, &t->flux);
-    pdi_limiter_free(ctx, &t->limiter);
     pdi_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
     pdi_inverse_free(ctx, &t->inverse);
     pdi_krylov_free(ctx, &t->krylov);
     pdi_owner_free(ctx, pdi_transport_list, t);
+    pd_arena_free(ctx, &t->own);
     memset(t, 0, sizeof *t);
 }
 PDI_COLD_END

@@ -34,6 +34,8 @@ typedef struct pd_transport_desc {
     double limiter_tolerance; /* [-] relative change of the field by a whole one of them at which they stop; 0: 1e-10 */
     int given;              /* 1: the field is the caller's, as under activation control: nothing is built to solve for
                              * it, steps are refused, fluxes are 0 */
+    pd_arena *arena;        /* lends what a step needs for its time, and may lend it to others at other times. Borrowed;
+                             * NULL: one of its own */
 } pd_transport_desc;
 
 typedef struct pd_transport {
@@ -45,27 +47,31 @@ typedef struct pd_transport {
     pd_boundary boundary;
     pd_limiter limiter;     /* with a flow */
     pd_flux flux;        /* fluxes of the bonds, from all of these */
+    pd_arena own;           /* without one from the desc */
+    int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
+                             * parts */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
-    double *old;            /* [total] [mol/m3] start of the step, work */
+    double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
     double *absorb;         /* [total] [1/s] given, too; source - absorb c enters the fluid */
     double time;            /* [s] of the values that are held and enter */
     double passed[2];       /* [mol/m3] least and largest of those since the step began, bounds of the field too */
     double ceiling;         /* [mol/m3] given, too: what sources lift the fluid to at most; HUGE_VAL: anything */
     double *carry;          /* [total] [mol/m3] what the last solve left undone; the next step delivers it */
-    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
+    double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
     double size;            /* [mol/m3] of the field at the start of the step */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
-    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds; lent */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
-                             * the nodes keep */
-    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction */
-    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work */
-    double *repeated;       /* [total] [mol/m3] operand with its images, work; NULL: no periodic or mirror side */
+                             * the nodes keep; lent */
+    double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
+    double *probe;          /* [PD_DIM][total] [mol/m4] derivatives of the gradients along a direction, work; lent */
+    double *repeated;       /* [total] [mol/m3] operand with its images, work; lent. NULL: no periodic or mirror side */
+    int32_t worst;          /* of a steady field: the node whose balance lacks most */
     int32_t *pinned;        /* [pinned_count] nodes that hold their concentration in a stage: what they take or give is
                              * the residual there. Borrowed */
     int32_t pinned_count;
@@ -124,16 +130,21 @@ PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 #ifdef PDI_INTERNAL
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 PDI_FN int pdi_transport_rests(const pd_transport *transport);
-/* Arrays of a pd_transport, beside those of its parts. */
+/* Arrays of a pd_transport that the build makes, beside those of its parts. */
 PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
-/* What its solvers are built with. */
-PDI_FN void pdi_transport_solvers(const pd_transport *transport, pd_krylov_desc *krylov, pd_multigrid_desc *mg);
+/* Its solvers, from desc, grid, bonds and flow, without arrays; and then the [byte] that a step needs for its time. */
+PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *transport);
+PDI_FN size_t pdi_transport_room(pd_transport *transport);
+/* Hold what a step needs from here on until the release. Returns `status`, or an error. */
+PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *transport);
+PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_status status);
 /* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
- * at the end. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes. carry stays. */
+ * at the end. All is held. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes.
+ * carry stays. */
 PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *transport, double dt, int bounded,
                                      pd_transport_result *result);
 /* A step of one stage, or of several from the same start with other sources: begin, stages, end with the status of the
- * last one. A negative one and PD_RETRY put c back. */
+ * last one, always after a begin. A negative one and PD_RETRY put c back. */
 PDI_FN pd_status pdi_transport_begin(pd_ctx *ctx, pd_transport *transport, double dt);
 PDI_FN pd_status pdi_transport_end(pd_ctx *ctx, pd_transport *transport, double dt, pd_status status);
 /* out [total] [mol/m3/s]: residual of the last stage, what it left undone. */

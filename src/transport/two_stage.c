@@ -60,17 +60,22 @@ static void pdi_two_stage_restore(const pd_ctx *ctx, pd_two_stage *a)
     pdi_par_copy(ctx, a->transport->grid->total, a->carry, a->transport->carry);
 }
 
-/* The change of the first stage, start + carry being where it begins, and with it the start of the second one:
- * start + carry + (1 - gamma)/gamma slope. */
+/* The change of the first stage, start + carry being where it begins. */
+static void pdi_two_stage_change(pd_two_stage *a)
+{
+    const pd_transport *t = a->transport;
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (t->grid->kind[i] == PD_FLUID) a->slope[i] = t->c[i] - (a->start[i] + a->carry[i]);
+}
+
+/* Where the second stage begins: start + carry + (1 - gamma)/gamma slope. */
 static void pdi_two_stage_between(pd_two_stage *a)
 {
     pd_transport *t = a->transport;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
     for (int32_t i = 0; i < t->grid->total; i++) {
         if (t->grid->kind[i] != PD_FLUID) continue;
-        double begin = a->start[i] + a->carry[i];
-        a->slope[i] = t->c[i] - begin;
-        t->old[i] = begin + ratio * a->slope[i];
+        t->old[i] = (a->start[i] + a->carry[i]) + ratio * a->slope[i];
         t->carry[i] = 0.0;
     }
 }
@@ -98,28 +103,49 @@ static pd_status pdi_two_stage_at(pd_ctx *ctx, pd_two_stage *a, double t)
     return pdi_transport_at(ctx, a->transport, t);
 }
 
-static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+static pd_status pdi_two_stage_first(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
 {
     pd_transport *t = a->transport;
-    int32_t total = t->grid->total;
-    double g = PDI_SDIRK_GAMMA;
-    pdi_par_copy(ctx, total, a->start, t->old);
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
-    pd_status first = pdi_transport_stage(ctx, t, g * dt, 0, result), status;
+    pdi_par_copy(ctx, t->grid->total, a->start, t->old);
+    pd_status status = pdi_transport_stage(ctx, t, PDI_SDIRK_GAMMA * dt, 0, result);
     a->krylov += result->krylov;
-    if (first < 0) return first;
-    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    if (status < 0) return status;
     pdi_transport_residual(ctx, t, a->rest);
+    pdi_two_stage_change(a);
+    return status;
+}
+
+static pd_status pdi_two_stage_second(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    double g = PDI_SDIRK_GAMMA;
+    pdi_par_copy(ctx, t->grid->total, a->start, t->old);
     pdi_two_stage_between(a);
-    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
-    status = pdi_transport_stage(ctx, t, g * dt, 0, result);
+    pd_status status = pdi_transport_stage(ctx, t, g * dt, 0, result);
     a->krylov += result->krylov;
     if (status < 0) return status;
     a->error = pdi_two_stage_error(a, &a->largest);
+    pdi_transport_residual(ctx, t, t->carry);
+    for (int32_t i = 0; i < t->grid->total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
+    return status;
+}
+
+/* Between the stages nothing is lent: a flow that follows its boundary is solved there. */
+static pd_status pdi_two_stage_stages(pd_ctx *ctx, pd_two_stage *a, double dt, pd_transport_result *result)
+{
+    pd_transport *t = a->transport;
+    double g = PDI_SDIRK_GAMMA;
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + g * dt));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status first = pdi_transport_release(ctx, t, pdi_two_stage_first(ctx, a, dt, result));
+    if (first < 0) return first;
+    double out = (1.0 - g) * t->outflow, in = (1.0 - g) * t->inflow;
+    PDI_TRY(pdi_two_stage_at(ctx, a, a->time + dt));
+    PDI_TRY(pdi_transport_hold(ctx, t));
+    pd_status status = pdi_transport_release(ctx, t, pdi_two_stage_second(ctx, a, dt, result));
+    if (status < 0) return status;
     t->outflow = out + g * t->outflow;
     t->inflow = in + g * t->inflow;
-    pdi_transport_residual(ctx, t, t->carry);
-    for (int32_t i = 0; i < total; i++) t->carry[i] = dt * ((1.0 - g) * a->rest[i] + g * t->carry[i]);
     return first > 0 ? first : status;
 }
 
@@ -221,7 +247,7 @@ static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
                     "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
-                    pdi_grid_place(a->transport->grid, pdi_settle_worst(a->transport), place));
+                    pdi_grid_place(a->transport->grid, a->transport->worst, place));
 }
 
 static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
