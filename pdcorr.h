@@ -32905,6 +32905,7 @@ static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *ti
     crack.way[0] = 1.0;
     crack.inner = 0.25 * t->height;
     crack.outer = 0.5 * t->height - 1.0;
+    PDI_TRY(t->solid.update(ctx, t->solid.self));
     PDI_TRY(pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->moved, &result));
     return pd_crack_j(ctx, &t->solid, &crack, t->moved, j);
 }
