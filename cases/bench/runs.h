@@ -59,14 +59,14 @@ static const scene_run scene_runs[] = {
 /* Why goals are missed. */
 #if PD_DIM == 2
 #define SCENES_MISSED \
-    "Why 250 bytes a node are missed: a steady solve keeps 21 Krylov bases in single precision, 252 bytes a node, " \
-    "and transport 41, another 164; the multigrids take 240, the products of the linearised flow 52, and the fields " \
-    "and vectors of flow, transport and their solvers, in double precision with ghosts, the rest."
+    "Why 250 bytes a node are missed: a steady solve borrows 21 Krylov bases in single precision, 252 bytes a node, " \
+    "and 290 for vectors, multigrids and linearised products, and takes up to 120 more where its basis grows; " \
+    "transport borrows the same memory. Coarse levels take 90, and fields and tables that steps carry on the rest."
 #else
 #define SCENES_MISSED \
-    "Why 250 bytes a node are missed: 21 bases of four components, 336 bytes a node of fluid or metal; a " \
-    "conductance for each of the 178 bonds of nodes whose family is cut, which are more than half of the fluid " \
-    "here; 72 bytes for products of the linearised flow; and ghosts, which double the nodes of a box 30 cells wide."
+    "Why 250 bytes a node are missed: 21 bases of four components, 336 bytes a node of fluid or metal, and up to 320 " \
+    "more where they grow; vectors of the flow, its multigrids and linearised products; what rows of cut families " \
+    "hold; and ghosts, which double the nodes of a box 30 cells wide."
 #endif
 
 /* 3D: a quick run leaves out the pin. */

@@ -258,7 +258,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
     PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
+    if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_work_list(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
     pdi_multigrid_list(owner, &steady->mg_p);
@@ -369,6 +369,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     pd_multigrid *mg[4];
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
+        if (s->flow->order != 4) s->advecting = s->flow->advecting;
         for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -394,6 +395,8 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     if (--s->held) return status;
     s->worst = pdi_steady_find_worst(s);
     for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
+    if (s->flow->order != 4) s->advecting = NULL;
+    if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }
 
@@ -410,13 +413,13 @@ static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply,
     return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
 }
 
-/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up; the state moves by
- * s->step. *effort: Krylov iterations, beyond the limit when the tolerance was missed. */
+/* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up, about the state
+ * that is frozen; the state moves by s->step. *effort: Krylov iterations, beyond the limit when the tolerance was
+ * missed. */
 static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
 {
     pd_krylov_result linear;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
-    pdi_jacobian_freeze(ctx, &s->jacobian);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
@@ -486,6 +489,7 @@ static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
     k->desc.fixed = 0;
     k->desc.atol = 0.0;
     if (status < 0) return status;
+    pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
     pdi_par_copy(ctx, total, s->step + split, s->potential);
     pd_ghosts_scalar(&flow->bonds->ghosts, s->potential);
@@ -546,6 +550,7 @@ static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *
 {
     int effort = 0, taken = 1;
     double norm = path->norm;
+    pdi_jacobian_freeze(ctx, &s->jacobian);
     PDI_TRY(pdi_steady_setup(ctx, s, PDI_STEADY_SHIFT * path->boost * pdi_steady_strain(s->flow) *
                                          sqrt(norm / s->norm0)));
     PDI_TRY(pdi_steady_newton(ctx, s, path->forcing, result, &effort));
@@ -621,6 +626,7 @@ static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double toleran
         int effort = 0;
         before = norm;
         double forcing = fmin(PDI_STEADY_STAGE_FORCING, fmax(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
+        pdi_jacobian_freeze(ctx, &s->jacobian);
         if (!again) status = pdi_steady_setup(ctx, s, s->rate);
         if (status < 0) break;
         again = 1;

@@ -34,7 +34,8 @@ typedef struct pd_steady {
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
     double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
-    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent */
+    double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
+                                         * order that of the flow, which is made anew after the solve */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
     int32_t worst;                      /* the node with the largest residual of the last solve */
     double uneven;                      /* [m^d/s] most that sections of the flow differ by, after a solve */
