@@ -15486,8 +15486,9 @@ static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
     int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : (at - restart) / grow;
-    if (flexible && !k->desc.flexible) *chunk = k->chunks; /* there is none */
+    *chunk = at < restart ? -1 : grow ? (at - restart) / grow : k->chunks;
+    if (flexible && !k->desc.flexible) *chunk = k->chunks;
+    if (*chunk >= k->chunks) return 0; /* there is none */
     if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
     return k->length * ((at - restart) % grow + (flexible ? grow : 0));
 }

@@ -259,6 +259,7 @@ TEST(linearisation)
     pdi_jacobian_step along;
     pdi_flow_prepare(&s->ctx, &s->flow);
     if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
+    if (!CHECK_OK(&s->ctx, pdi_owner_build(&s->ctx, pdi_jacobian_work_list, &linear))) return;
     pdi_jacobian_freeze(&s->ctx, &linear);
     pd_ghosts_vector(&s->bonds.ghosts, step);
     pdi_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
@@ -269,6 +270,7 @@ TEST(linearisation)
     along.p = step + split;
     along.grad = grad;
     pdi_jacobian_apply(&s->ctx, &linear, &along, product, product + split);
+    pdi_owner_free(&s->ctx, pdi_jacobian_work_list, &linear);
     pdi_jacobian_free(&s->ctx, &linear);
     double largest[2] = {0.0, 0.0};
     for (int64_t k = 0; k < size; k++) largest[k >= split] = fmax(largest[k >= split], fabs(product[k]));
