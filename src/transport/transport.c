@@ -157,17 +157,19 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* Solid nodes have values, too. */
-static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
+ * too. */
+static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
-    double *size = t->probe;
+    double *size = t->probe, had = t->size;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    return t->size > had;
 }
 
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
@@ -293,9 +295,12 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
 PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
+    pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_bounds(t, t->old, 0.0, &bounds);
+    t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
@@ -350,12 +355,44 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
-/* c += share delta, where delta is zero at all ghosts. */
+/* c += share delta, where delta is zero at all ghosts; the norm of the residual there. */
 static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
 {
     pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    pdi_transport_measure(ctx, t);
     return pdi_transport_evaluate(ctx, t);
+}
+
+/* The direction of a step: the residual in t->work, solved for with the derivative of the limited fluxes. Where that
+ * cannot be solved for, these fluxes stay, and what is left is an M-matrix. */
+static pd_status pdi_transport_direction(pdi_transport_user *user, double loose, double goal,
+                                         pd_transport_result *result)
+{
+    pd_transport *t = user->t;
+    pd_krylov_result linear;
+    double *delta = t->work + t->grid->total;
+    pd_status status = PD_OK;
+    user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pdi_krylov_solve(user->ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, user,
+                                  t->work, delta, &linear);
+        if (status < 0) return status;
+        result->krylov += linear.iterations;
+        if (status == PD_OK || !user->limited) break;
+        user->limited = 0;
+    }
+    return PD_OK;
+}
+
+/* A step along the direction, halved until the residual falls: the share that is left. */
+static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
+{
+    double *delta = t->work + t->grid->total, before = *norm, share = 1.0;
+    *norm = pdi_transport_move(ctx, t, share, delta);
+    for (; *norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+        *norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+    return share;
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
@@ -366,8 +403,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
                                       pd_transport_result *result)
 {
     pdi_transport_user user;
-    pd_krylov_result linear;
-    double *delta = t->work + t->grid->total, norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
+    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
     user.t = t;
@@ -375,21 +411,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
-        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
-        t->krylov.desc.atol = 0.5 * goal;
-        status = pdi_krylov_solve(ctx, &t->krylov, pdi_transport_jacobian, pdi_transport_precondition, &user, t->work,
-                                  delta, &linear);
+        status = pdi_transport_direction(&user, loose, goal, result);
         if (status < 0) break;
-        result->krylov += linear.iterations;
-        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
-        norm = pdi_transport_move(ctx, t, share, delta);
-        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
-            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
+        double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
+        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        if (moved <= still * t->size || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = pdi_krylov_forcing(norm / before);
+        if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
+        loose = pdi_krylov_forcing(left);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);

@@ -56,7 +56,8 @@ typedef struct pd_transport {
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
-    double size;            /* [mol/m3] of the field at the start of the step */
+    double size;            /* [mol/m3] of the field, the largest since the start of the step */
+    double most;            /* [mol/m3] that the bounds of the step allow it to have */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
