@@ -93,6 +93,7 @@
  *     bounds     least and largest value that a field may take, and the nodes that leave them.
  *     inverse    the preconditioner of transport, near the inverse of its operator.
  *     transport  steps of advection and diffusion of a dissolved species on fluid nodes, conservative and bounded.
+ *     amount     how much the fluid holds, and what passes a plane across it.
  *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
@@ -3596,7 +3597,8 @@ typedef struct pd_transport {
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
-    double size;            /* [mol/m3] of the field at the start of the step */
+    double size;            /* [mol/m3] of the field, the largest since the start of the step */
+    double most;            /* [mol/m3] that the bounds of the step allow it to have */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
@@ -3632,8 +3634,6 @@ typedef struct pd_transport_result {
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_stock PD_NAME(pd_transport_stock)
-#define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
@@ -3650,16 +3650,6 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-#ifdef PDI_INTERNAL
-/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
- * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
- * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
-#endif
-/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
-PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
-/* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
-PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL
@@ -3713,6 +3703,28 @@ static inline const pd_element *pdi_transport_element(void)
 }
 /* 1 when c lies within the bounds of `start` and the inflow. */
 PDI_FN int pdi_transport_within(const pd_transport *transport, const double *start);
+#endif
+
+#endif
+
+/* ======== >>transport/amount.h ======== */
+/* amount: how much the fluid holds, and what passes a plane across it. */
+#ifndef PD_AMOUNT_H
+#define PD_AMOUNT_H
+
+#define pd_transport_stock PD_NAME(pd_transport_stock)
+#define pd_transport_carried PD_NAME(pd_transport_carried)
+
+/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
+PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
+/* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
+PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
+
+#ifdef PDI_INTERNAL
+/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
+ * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
+ * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 #endif
 
 #endif
@@ -23915,8 +23927,10 @@ PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
 #include <stdlib.h>
 #include <string.h>
 
-/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
- * see. */
+/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
+#define PDI_FLUX_BEND (1.0 / 3.0)
+/* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
+ * central flux does not see. */
 #define PDI_FLUX_LEAN 0.3
 
 /* For fluid at rest. */
@@ -24134,7 +24148,7 @@ typedef struct pdi_flux_pair {
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
-    double lean[2];               /* [-] shares of xi.G, ahead and behind */
+    double bend[2];               /* [-] 1: the flux has a bend, 0: it has none, ahead and behind */
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_flux_pair;
@@ -24147,10 +24161,11 @@ static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_value(&gate, k, b);
 }
 
-/* Share of xi.G in the flux of a bond to `far`, beside inlets and outlets: inlets have no gradient. */
-static double pdi_flux_lean_of(const pd_flux *t, double flux, int32_t far)
+/* Whether the flux of a bond to `far` has a bend, beside inlets and outlets: inlets have no gradient, and their
+ * concentration is that of the side of the box. */
+static double pdi_flux_bends(const pd_flux *t, int32_t far)
 {
-    return !(flux > 0.0) && t->bonds->grid->kind[far] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
+    return t->bonds->grid->kind[far] == PD_INLET ? 0.0 : 1.0;
 }
 
 /* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
@@ -24168,13 +24183,13 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->behind = t->boundary_bond + first + opposite;
         p->next = far[k] - i;
         p->before = far[opposite] - i;
-        p->lean[0] = pdi_flux_lean_of(t, *p->flux, far[k]);
-        p->lean[1] = pdi_flux_lean_of(t, *p->back, far[opposite]);
+        p->bend[0] = pdi_flux_bends(t, far[k]);
+        p->bend[1] = pdi_flux_bends(t, far[opposite]);
         return;
     }
     p->next = t->bonds->paths.shift[k];
     p->before = -p->next;
-    p->lean[0] = p->lean[1] = PDI_FLUX_LEAN;
+    p->bend[0] = p->bend[1] = 1.0;
     p->flux = p->back = pdi_flux_still;
     p->turn = -1.0;
     if (t->flux) {
@@ -24223,26 +24238,31 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_apply_block(s, i, row, -1, count);
 }
 
-/* What the antidiffusive flux of a bond is made of: its step of the field, xi.G and alpha of the upwind end. */
+/* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
 typedef struct pdi_flux_upwinded {
-    double step, x, alpha;
+    double step, bend, alpha;
 } pdi_flux_upwinded;
 
-/* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
- * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers do not show how steps differ: such steps lean in full. */
-PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
+/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
+static inline double pdi_flux_bend(double step, double upwind, double other)
+{
+    return PDI_FLUX_BEND * (upwind - other) + PDI_FLUX_LEAN * (0.5 * (upwind + other) - step);
+}
+
+/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
+ * 0: without the bend. by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
+ * that are no normal numbers do not show how step and bend compare: such bends count in full. */
+PDI_INLINE double pdi_flux_return(double flux, double least, double share, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
-    double off = of->x - of->step, square = of->step * of->step, sum = square + 0.25 * off * off;
+    double square = of->step * of->step, sum = square + of->bend * of->bend;
     double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    if (!by) return of->alpha * most * (of->step + lean * (sum >= DBL_MIN ? square / sum : 1.0) * off);
-    double off_by = by->x - by->step, over = sum >= DBL_MIN ? 1.0 / sum : 0.0;
-    double weight = sum >= DBL_MIN ? square * over : 1.0, rest = 1.0 - weight;
-    double mixed = of->step + lean * weight * off;
-    double mixed_by =
-        by->step + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * of->step * over * by->step);
-    return most * (by->alpha * mixed + of->alpha * mixed_by);
+    double over = sum >= DBL_MIN ? 1.0 / sum : 0.0, weight = sum >= DBL_MIN ? square * over : 1.0;
+    double given = of->step + share * weight * of->bend;
+    if (!by) return of->alpha * most * given;
+    double along = weight * (2.0 * weight - 1.0) * by->bend +
+                   2.0 * (1.0 - weight) * of->bend * of->step * over * by->step;
+    return most * (by->alpha * given + of->alpha * (by->step + share * along));
 }
 
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
@@ -24259,10 +24279,10 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
     }
     double alpha_next = factor[b + p->next], alpha_before = factor[b + p->before];
     ahead->step = c[b + p->next] - c[b];
-    ahead->x = f > 0.0 ? x : next;
+    ahead->bend = pdi_flux_bend(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
     ahead->alpha = f > 0.0 ? alpha : alpha_next;
     behind->step = c[b + p->before] - c[b];
-    behind->x = g > 0.0 ? -x : -before;
+    behind->bend = -pdi_flux_bend(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
     behind->alpha = g > 0.0 ? alpha : alpha_before;
 }
 
@@ -24282,14 +24302,14 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double turn = p.turn, lean = p.lean[0], lean_back = p.lean[1];
+        double turn = p.turn, bend = p.bend[0], bend_back = p.bend[1];
         for (int b = 0; b < count; b++) {
             double f = flux[b], g = turn * back[b];
             pdi_flux_upwinded next, before, next_by, before_by;
             pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
             if (by) pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next_by, &before_by);
-            sum[b] -= pdi_flux_return(f, ahead[b], lean, &next, by ? &next_by : NULL);
-            sum[b] -= pdi_flux_return(g, behind[b], lean_back, &before, by ? &before_by : NULL);
+            sum[b] -= pdi_flux_return(f, ahead[b], bend, &next, by ? &next_by : NULL);
+            sum[b] -= pdi_flux_return(g, behind[b], bend_back, &before, by ? &before_by : NULL);
         }
     }
     for (int b = 0; b < count; b++) y[b] = sum[b];
@@ -24420,16 +24440,19 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
     pdi_flux_upwinded of;
-    double flux, bond;
+    double flux, bond, along[2] = {0.0, 0.0};
     pdi_flux_one(t, i, k, &flux, &bond);
     if (grid->kind[j] == PD_OUTLET) j = i;
-    int32_t upwind = flux > 0.0 ? i : j;
+    int32_t end[2];
+    end[0] = flux > 0.0 ? i : j;
+    end[1] = flux > 0.0 ? j : i;
+    for (int e = 0; e < 2; e++)
+        for (int d = 0; d < PD_DIM; d++)
+            along[e] += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + end[e]];
     of.step = section->c[j] - section->c[i];
-    of.x = 0.0;
-    of.alpha = t->limiter->factor[upwind];
-    for (int d = 0; d < PD_DIM; d++)
-        of.x += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + upwind];
-    return -pdi_flux_return(flux, bond, pdi_flux_lean_of(t, flux, j), &of, NULL);
+    of.bend = pdi_flux_bend(of.step, along[0], along[1]);
+    of.alpha = t->limiter->factor[end[0]];
+    return -pdi_flux_return(flux, bond, pdi_flux_bends(t, j), &of, NULL);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them
@@ -24875,17 +24898,19 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* Solid nodes have values, too. */
-static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
+ * too. */
+static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
-    double *size = t->probe;
+    double *size = t->probe, had = t->size;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    return t->size > had;
 }
 
 /* A linear system with the right-hand side t->work, and the solution behind it. */
@@ -25020,9 +25045,12 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
 PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
+    pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_bounds(t, t->old, 0.0, &bounds);
+    t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
@@ -25077,12 +25105,42 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
-/* c += share delta, where delta is zero at all ghosts. */
+/* c += share delta, where delta is zero at all ghosts; the norm of the residual there. */
 static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
 {
     pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    pdi_transport_measure(ctx, t);
     return pdi_transport_evaluate(ctx, t);
+}
+
+/* The direction of a step: the residual in t->work, solved for with the derivative of the limited fluxes. Where that
+ * cannot be solved for, these fluxes stay, and what is left is an M-matrix. */
+static pd_status pdi_transport_direction(pdi_transport_user *user, double loose, double goal,
+                                         pd_transport_result *result)
+{
+    pd_transport *t = user->t;
+    pd_krylov_result linear;
+    pd_status status = PD_OK;
+    user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
+        if (status < 0) return status;
+        result->krylov += linear.iterations;
+        if (status == PD_OK || !user->limited) break;
+        user->limited = 0;
+    }
+    return PD_OK;
+}
+
+/* A step along the direction, halved until the residual falls: the share that is left. */
+static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
+{
+    double *delta = t->work + t->grid->total, before = *norm, share = 1.0;
+    *norm = pdi_transport_move(ctx, t, share, delta);
+    for (; *norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+        *norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+    return share;
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
@@ -25093,8 +25151,6 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
                                       pd_transport_result *result)
 {
     pdi_transport_user user;
-    pd_krylov_result linear;
-    const double *delta = t->work + t->grid->total;
     double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
@@ -25103,20 +25159,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
-        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
-        t->krylov.desc.atol = 0.5 * goal;
-        status = pdi_transport_linear(ctx, t, pdi_transport_jacobian, &user, &linear);
+        status = pdi_transport_direction(&user, loose, goal, result);
         if (status < 0) break;
-        result->krylov += linear.iterations;
-        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
-        norm = pdi_transport_move(ctx, t, share, delta);
-        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
-            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
+        double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
+        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        if (moved <= still * t->size || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = pdi_krylov_forcing(norm / before);
+        if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
+        loose = pdi_krylov_forcing(left);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
@@ -25238,27 +25289,6 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 {
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
-}
-
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
-{
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    (void)ctx;
-    if (t->desc.given) return 0.0;
-    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
-    if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
-    return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
-}
-
-double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
-{
-    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->c) * t->bonds->stencil->volume;
-}
-
-double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
-{
-    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
 }
 
 PDI_FN void pdi_transport_open(pd_transport *t)
@@ -25515,6 +25545,41 @@ PDI_COLD_END
 
 #ifdef PDI_COLD
 #pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>transport/amount.c ======== */
+/* amount: see amount.h */
+
+PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
+    (void)ctx;
+    if (t->desc.given) return 0.0;
+    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
+    if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
+    return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
+}
+
+double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
+{
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->c) * t->bonds->stencil->volume;
+}
+
+double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
+{
+    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
 #pragma GCC optimize ("O1")
 #endif
 
@@ -25552,9 +25617,9 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
+    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);

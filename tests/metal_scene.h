@@ -5,6 +5,7 @@
 #include "metal/content.h"
 #include "metal/dissolve.h"
 #include "test.h"
+#include "transport/amount.h"
 
 #define CS 143e3     /* [mol/m3] */
 #define CSAT 5.1e3   /* [mol/m3] */

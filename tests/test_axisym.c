@@ -1,6 +1,7 @@
 /* axisym: axisymmetric operators up to the axis, conservation, order, flow in tubes and between them, diffusion,
  * dissolution with the volumes of rings.
  * dims: 2 */
+#include "transport/amount.h"
 #include "transport/two_stage.h"
 #include "flow/force.h"
 #include "flow/implicit.h"

@@ -1,6 +1,7 @@
 /* bonds: bond-based corrosion against closed forms: flat fronts, the pencil electrode, laws, pits.
  * dims: 1 2 3   slow: 3 */
 #include "metal_scene.h"
+#include "transport/amount.h"
 
 /* ---- speeds ---- */
 

@@ -2,6 +2,7 @@
  * dims: 1 2 3 */
 #include "metal_scene.h"
 #include "conductances.h"
+#include "transport/amount.h"
 
 #define MOST 40000 /* nodes of these scenes */
 

@@ -1,5 +1,6 @@
 /* test_diffusion: conductances beside walls, between materials, and to held walls.
  * dims: 1 2 3 */
+#include "transport/amount.h"
 #include "transport/settle.h"
 #include "fixture.h"
 #include <math.h>

@@ -1,6 +1,7 @@
 /* transport: diffusion and advection against exact solutions, conservation, bounds, limits of the explicit step.
  * dims: 1 2 3 */
 #include "fixture.h"
+#include "transport/amount.h"
 #include "transport/explicit.h"
 #include <stdlib.h>
 

@@ -1,6 +1,7 @@
 /* test_two_stage: transport in time of second order, against closed forms.
  * dims: 1 2 */
 #include "fixture.h"
+#include "transport/amount.h"
 #include "transport/two_stage.h"
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 /* measure: see measure.h */
 #include "couple/measure.h"
 #include "core/par.h"
+#include "transport/amount.h"
 #include <math.h>
 #include <string.h>
 

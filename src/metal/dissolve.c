@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include "metal/content.h"
 #include "metal/damage.h"
+#include "transport/amount.h"
 #include "transport/explicit.h"
 #include <math.h>
 #include <string.h>

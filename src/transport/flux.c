@@ -15,8 +15,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Share of xi.G in the antidiffusive fluxes: damps what alternates from node to node, which a central flux does not
- * see. */
+/* Share of xi.(G_u - G_v) in the bend of a bond: third order in a uniform stream (theory: 5.4b). */
+#define PDI_FLUX_BEND (1.0 / 3.0)
+/* Share of what its step lacks against the mean gradient of its ends: damps what alternates from node to node, which a
+ * central flux does not see. */
 #define PDI_FLUX_LEAN 0.3
 
 /* For fluid at rest. */
@@ -234,7 +236,7 @@ typedef struct pdi_flux_pair {
     const double *flux, *back;    /* F [1/s] of the bond ahead, and of that which comes from behind or leaves there */
     double turn;                  /* what `back` is to be multiplied with to leave: -1 as stored in planes */
     const double *ahead, *behind; /* conductances [1/s] */
-    double lean[2];               /* [-] shares of xi.G, ahead and behind */
+    double bend[2];               /* [-] 1: the flux has a bend, 0: it has none, ahead and behind */
     double space[2][PDI_BLOCK];   /* for those of whole families, and across pages */
     double volume[2][PDI_BLOCK];  /* for fluxes that are not stored */
 } pdi_flux_pair;
@@ -247,10 +249,11 @@ static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count
     for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_value(&gate, k, b);
 }
 
-/* Share of xi.G in the flux of a bond to `far`, beside inlets and outlets: inlets have no gradient. */
-static double pdi_flux_lean_of(const pd_flux *t, double flux, int32_t far)
+/* Whether the flux of a bond to `far` has a bend, beside inlets and outlets: inlets have no gradient, and their
+ * concentration is that of the side of the box. */
+static double pdi_flux_bends(const pd_flux *t, int32_t far)
 {
-    return !(flux > 0.0) && t->bonds->grid->kind[far] == PD_INLET ? 0.0 : PDI_FLUX_LEAN;
+    return t->bonds->grid->kind[far] == PD_INLET ? 0.0 : 1.0;
 }
 
 /* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
@@ -268,13 +271,13 @@ PDI_INLINE void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int3
         p->behind = t->boundary_bond + first + opposite;
         p->next = far[k] - i;
         p->before = far[opposite] - i;
-        p->lean[0] = pdi_flux_lean_of(t, *p->flux, far[k]);
-        p->lean[1] = pdi_flux_lean_of(t, *p->back, far[opposite]);
+        p->bend[0] = pdi_flux_bends(t, far[k]);
+        p->bend[1] = pdi_flux_bends(t, far[opposite]);
         return;
     }
     p->next = t->bonds->paths.shift[k];
     p->before = -p->next;
-    p->lean[0] = p->lean[1] = PDI_FLUX_LEAN;
+    p->bend[0] = p->bend[1] = 1.0;
     p->flux = p->back = pdi_flux_still;
     p->turn = -1.0;
     if (t->flux) {
@@ -323,26 +326,31 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_apply_block(s, i, row, -1, count);
 }
 
-/* What the antidiffusive flux of a bond is made of: its step of the field, xi.G and alpha of the upwind end. */
+/* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
 typedef struct pdi_flux_upwinded {
-    double step, x, alpha;
+    double step, bend, alpha;
 } pdi_flux_upwinded;
 
-/* alpha d s of one bond: its step, leant towards xi.G, less where they differ by far, and d what upwinding adds to the
- * conductance `least` (eq. 5.4). by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
- * that are no normal numbers do not show how steps differ: such steps lean in full. */
-PDI_INLINE double pdi_flux_return(double flux, double least, double lean, const pdi_flux_upwinded *of,
+/* m of a bond, from xi.G of the upwind end and of the other one (eq. 5.4). */
+static inline double pdi_flux_bend(double step, double upwind, double other)
+{
+    return PDI_FLUX_BEND * (upwind - other) + PDI_FLUX_LEAN * (0.5 * (upwind + other) - step);
+}
+
+/* alpha d (e + the limited bend) of one bond, d being what upwinding adds to the conductance `least` (eq. 5.4). share:
+ * 0: without the bend. by: NULL, or derivatives of what it is made of: then it is the derivative. Squares
+ * that are no normal numbers do not show how step and bend compare: such bends count in full. */
+PDI_INLINE double pdi_flux_return(double flux, double least, double share, const pdi_flux_upwinded *of,
                                   const pdi_flux_upwinded *by)
 {
-    double off = of->x - of->step, square = of->step * of->step, sum = square + 0.25 * off * off;
+    double square = of->step * of->step, sum = square + of->bend * of->bend;
     double excess = 0.5 * fabs(flux) - least, most = excess > 0.0 ? excess : 0.0;
-    if (!by) return of->alpha * most * (of->step + lean * (sum >= DBL_MIN ? square / sum : 1.0) * off);
-    double off_by = by->x - by->step, over = sum >= DBL_MIN ? 1.0 / sum : 0.0;
-    double weight = sum >= DBL_MIN ? square * over : 1.0, rest = 1.0 - weight;
-    double mixed = of->step + lean * weight * off;
-    double mixed_by =
-        by->step + lean * (weight * (weight - rest) * off_by + 2.0 * rest * off * of->step * over * by->step);
-    return most * (by->alpha * mixed + of->alpha * mixed_by);
+    double over = sum >= DBL_MIN ? 1.0 / sum : 0.0, weight = sum >= DBL_MIN ? square * over : 1.0;
+    double given = of->step + share * weight * of->bend;
+    if (!by) return of->alpha * most * given;
+    double along = weight * (2.0 * weight - 1.0) * by->bend +
+                   2.0 * (1.0 - weight) * of->bend * of->step * over * by->step;
+    return most * (by->alpha * given + of->alpha * (by->step + share * along));
 }
 
 /* What two bonds, one opposite to the other, are made of for node b of a block: the field or a direction, with the
@@ -359,10 +367,10 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
     }
     double alpha_next = factor[b + p->next], alpha_before = factor[b + p->before];
     ahead->step = c[b + p->next] - c[b];
-    ahead->x = f > 0.0 ? x : next;
+    ahead->bend = pdi_flux_bend(ahead->step, f > 0.0 ? x : next, f > 0.0 ? next : x);
     ahead->alpha = f > 0.0 ? alpha : alpha_next;
     behind->step = c[b + p->before] - c[b];
-    behind->x = g > 0.0 ? -x : -before;
+    behind->bend = -pdi_flux_bend(-behind->step, g > 0.0 ? x : before, g > 0.0 ? before : x);
     behind->alpha = g > 0.0 ? alpha : alpha_before;
 }
 
@@ -382,14 +390,14 @@ PDI_INLINE void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t 
         pdi_flux_pair p;
         pdi_flux_pair_get(t, i, row, place, k, count, &p);
         const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
-        double turn = p.turn, lean = p.lean[0], lean_back = p.lean[1];
+        double turn = p.turn, bend = p.bend[0], bend_back = p.bend[1];
         for (int b = 0; b < count; b++) {
             double f = flux[b], g = turn * back[b];
             pdi_flux_upwinded next, before, next_by, before_by;
             pdi_flux_upwinds(&p, xi, c, factor, slope, total, b, f, g, &next, &before);
             if (by) pdi_flux_upwinds(&p, xi, z, factor_by, slope_by, total, b, f, g, &next_by, &before_by);
-            sum[b] -= pdi_flux_return(f, ahead[b], lean, &next, by ? &next_by : NULL);
-            sum[b] -= pdi_flux_return(g, behind[b], lean_back, &before, by ? &before_by : NULL);
+            sum[b] -= pdi_flux_return(f, ahead[b], bend, &next, by ? &next_by : NULL);
+            sum[b] -= pdi_flux_return(g, behind[b], bend_back, &before, by ? &before_by : NULL);
         }
     }
     for (int b = 0; b < count; b++) y[b] = sum[b];
@@ -520,16 +528,19 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
         return -over * pdi_flux_section_anti(section, j, t->bonds->stencil->count - 1 - k);
     }
     pdi_flux_upwinded of;
-    double flux, bond;
+    double flux, bond, along[2] = {0.0, 0.0};
     pdi_flux_one(t, i, k, &flux, &bond);
     if (grid->kind[j] == PD_OUTLET) j = i;
-    int32_t upwind = flux > 0.0 ? i : j;
+    int32_t end[2];
+    end[0] = flux > 0.0 ? i : j;
+    end[1] = flux > 0.0 ? j : i;
+    for (int e = 0; e < 2; e++)
+        for (int d = 0; d < PD_DIM; d++)
+            along[e] += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + end[e]];
     of.step = section->c[j] - section->c[i];
-    of.x = 0.0;
-    of.alpha = t->limiter->factor[upwind];
-    for (int d = 0; d < PD_DIM; d++)
-        of.x += t->bonds->stencil->xi[k * PD_DIM + d] * t->limiter->slope[(int64_t)d * grid->total + upwind];
-    return -pdi_flux_return(flux, bond, pdi_flux_lean_of(t, flux, j), &of, NULL);
+    of.bend = pdi_flux_bend(of.step, along[0], along[1]);
+    of.alpha = t->limiter->factor[end[0]];
+    return -pdi_flux_return(flux, bond, pdi_flux_bends(t, j), &of, NULL);
 }
 
 /* What passes the plane by antidiffusion is all that the nodes on one side of it gain, since the fluxes between them

@@ -159,17 +159,19 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* Solid nodes have values, too. */
-static void pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
+ * too. */
+static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
 {
     const uint8_t *kind = t->grid->kind;
-    double *size = t->probe;
+    double *size = t->probe, had = t->size;
     int nt = pdi_par_threads(ctx, t->grid->total * 2);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++)
         size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(t->size, pdi_par_max_abs(ctx, t->grid->total, size));
+    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    return t->size > had;
 }
 
 /* A linear system with the right-hand side t->work, and the solution behind it. */
@@ -304,9 +306,12 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
 PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
 {
+    pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
     t->upwinding = t->sweeping = 0;
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
+    pdi_transport_bounds(t, t->old, 0.0, &bounds);
+    t->most = fmax(fabs(bounds.low), fabs(bounds.high));
     pdi_transport_measure(ctx, t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
@@ -361,12 +366,42 @@ static double pdi_transport_evaluate(pd_ctx *ctx, pd_transport *t)
     return sqrt(pdi_par_dot(ctx, t->grid->total, t->work, t->work));
 }
 
-/* c += share delta, where delta is zero at all ghosts. */
+/* c += share delta, where delta is zero at all ghosts; the norm of the residual there. */
 static double pdi_transport_move(pd_ctx *ctx, pd_transport *t, double share, const double *delta)
 {
     pdi_par_axpy(ctx, t->grid->total, share, delta, t->c);
-    pdi_transport_measure(ctx, t);
     return pdi_transport_evaluate(ctx, t);
+}
+
+/* The direction of a step: the residual in t->work, solved for with the derivative of the limited fluxes. Where that
+ * cannot be solved for, these fluxes stay, and what is left is an M-matrix. */
+static pd_status pdi_transport_direction(pdi_transport_user *user, double loose, double goal,
+                                         pd_transport_result *result)
+{
+    pd_transport *t = user->t;
+    pd_krylov_result linear;
+    pd_status status = PD_OK;
+    user->limited = pdi_par_max_abs(user->ctx, t->grid->total, t->anti) > 0.0;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.atol = 0.5 * goal;
+        status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
+        if (status < 0) return status;
+        result->krylov += linear.iterations;
+        if (status == PD_OK || !user->limited) break;
+        user->limited = 0;
+    }
+    return PD_OK;
+}
+
+/* A step along the direction, halved until the residual falls: the share that is left. */
+static double pdi_transport_shorten(pd_ctx *ctx, pd_transport *t, double *norm)
+{
+    double *delta = t->work + t->grid->total, before = *norm, share = 1.0;
+    *norm = pdi_transport_move(ctx, t, share, delta);
+    for (; *norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
+        *norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+    return share;
 }
 
 /* Newton's method on the limited equations until their residual falls below `goal` [mol/m3/s] or a whole step moves the
@@ -377,8 +412,6 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
                                       pd_transport_result *result)
 {
     pdi_transport_user user;
-    pd_krylov_result linear;
-    const double *delta = t->work + t->grid->total;
     double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
     pd_status status = PD_OK;
     user.ctx = ctx;
@@ -387,20 +420,15 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
-        user.limited = pdi_par_max_abs(ctx, t->grid->total, t->anti) > 0.0;
-        t->krylov.desc.rtol = user.limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
-        t->krylov.desc.atol = 0.5 * goal;
-        status = pdi_transport_linear(ctx, t, pdi_transport_jacobian, &user, &linear);
+        status = pdi_transport_direction(&user, loose, goal, result);
         if (status < 0) break;
-        result->krylov += linear.iterations;
-        double moved = pdi_par_max_abs(ctx, t->grid->total, delta), before = norm, share = 1.0;
-        norm = pdi_transport_move(ctx, t, share, delta);
-        for (; norm > before && share > PDI_TRANSPORT_SHORTEST; share *= 0.5)
-            norm = pdi_transport_move(ctx, t, -0.5 * share, delta);
+        double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
+        double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
+        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
-        if (moved <= still * t->size || norm > PDI_TRANSPORT_STALLED * before) break;
-        loose = pdi_krylov_forcing(norm / before);
+        if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
+        loose = pdi_krylov_forcing(left);
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
@@ -522,27 +550,6 @@ pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *t, double dt, pd_tran
 {
     PDI_TRY(pdi_transport_begin(ctx, t, dt));
     return pdi_transport_end(ctx, t, dt, pdi_transport_stage(ctx, t, dt, 1, result));
-}
-
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
-{
-    int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    (void)ctx;
-    if (t->desc.given) return 0.0;
-    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
-    if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
-    return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
-}
-
-double pd_transport_stock(pd_ctx *ctx, const pd_transport *t)
-{
-    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->c) * t->bonds->stencil->volume;
-}
-
-double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
-{
-    return pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, t->carry) * t->bonds->stencil->volume;
 }
 
 PDI_FN void pdi_transport_open(pd_transport *t)

@@ -61,7 +61,8 @@ typedef struct pd_transport {
     double *anti;           /* [total] [mol/m3/s] limited antidiffusive fluxes in force; fluid at rest: lent zeros */
     double *rest;           /* [total] [mol/m3] what c of a steady field leaves to rounding: what flows through a good
                              * conductor beside a poor one is below that. NULL: one diffusivity; 0 after steps */
-    double size;            /* [mol/m3] of the field at the start of the step */
+    double size;            /* [mol/m3] of the field, the largest since the start of the step */
+    double most;            /* [mol/m3] that the bounds of the step allow it to have */
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
@@ -97,8 +98,6 @@ typedef struct pd_transport_result {
 #define pd_transport_build PD_NAME(pd_transport_build)
 #define pd_transport_update PD_NAME(pd_transport_update)
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
-#define pd_transport_stock PD_NAME(pd_transport_stock)
-#define pd_transport_carried PD_NAME(pd_transport_carried)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
 /* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
@@ -115,16 +114,6 @@ PDI_FN pd_status pdi_transport_at(pd_ctx *ctx, pd_transport *t, double time);
 /* One backward Euler step of dt [s] (any length: dt >> all time scales gives the steady state). PD_NOT_CONVERGED: the
  * linear solver stopped above its tolerance; what is missing is in carry. */
 PD_API pd_status pd_transport_implicit(pd_ctx *ctx, pd_transport *transport, double dt, pd_transport_result *result);
-#ifdef PDI_INTERNAL
-/* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
- * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
- * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
-#endif
-/* Dissolved amount [mol, per m in planar 2D] in fluid nodes. */
-PD_API double pd_transport_stock(pd_ctx *ctx, const pd_transport *transport);
-/* Amount [mol] in carry: owed by the last solve, delivered by the next step. */
-PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 PD_API void pd_transport_free(pd_ctx *ctx, pd_transport *transport);
 
 #ifdef PDI_INTERNAL

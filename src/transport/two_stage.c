@@ -3,6 +3,7 @@
 #include "core/owner.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
+#include "transport/amount.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "hard.h"
+#include "transport/amount.h"
 
 static hard hard_two;
 

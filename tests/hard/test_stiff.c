@@ -3,6 +3,7 @@
  * dims: 1 2 3   slow: 3 */
 #define _XOPEN_SOURCE 700
 #include "hard.h"
+#include "transport/amount.h"
 #include "transport/explicit.h"
 
 #define BOX "[grid] h = 10 um  m = 3  box = 0 .. 200 um" ACROSS("0 .. 100 um") "\n"

@@ -1,0 +1,62 @@
+/* limiter: the order of limited fluxes.
+ * dims: 1 2 3 */
+#include "fixture.h"
+
+static scene test_scene;
+
+/* What advection takes from the nodes around the middle of a box, over what it takes from exp(k.x): the largest
+ * difference. No node there has a family that is cut, nor do its neighbours. */
+static double stream_error(int cells, double m, const double *u)
+{
+    static const double k[3] = {1.0, -0.7, 0.4};
+    double worst = 0.0, h = 1.0 / cells;
+    scene *s = &test_scene;
+    scene_box(s, m, h, cells, cells, cells);
+    s->with = WITH_TRANSPORT | WITH_FLOW;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    if (!scene_build(s)) return HUGE_VAL;
+    pd_transport *t = &s->transport;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM], sum = 0.0;
+        pd_grid_position(&s->grid, i, x);
+        for (int d = 0; d < PD_DIM; d++) {
+            sum += k[d] * x[d];
+            s->flow.u[(int64_t)d * s->grid.total + i] = u[d];
+        }
+        t->c[i] = exp(sum);
+    }
+    pdi_flow_prepare(&s->ctx, &s->flow);
+    CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t->flux));
+    t->dt = 0.0;
+    pdi_transport_operator(&s->ctx, t, t->c, t->rhs);
+    pdi_transport_anti(&s->ctx, t, t->c, t->anti);
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM], want = 0.0;
+        int middle = 1;
+        pd_grid_position(&s->grid, i, x);
+        for (int d = 0; d < PD_DIM; d++) {
+            middle = middle && fabs(x[d] - 0.5) < 0.1;
+            want += u[d] * k[d] * t->c[i];
+        }
+        if (middle) worst = fmax(worst, fabs((t->rhs[i] - t->anti[i]) / want - 1.0));
+    }
+    scene_free(s);
+    return worst;
+}
+
+/* A uniform stream along an axis and across the lattice, for families of neighbours and wide ones. */
+TEST(third_order_in_a_uniform_stream)
+{
+    static const double streams[3][3] = {{1.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {1.0, 0.37, -0.61}};
+    for (int n = 0; n < 3; n++)
+        for (int m = 1; m <= 3; m += 2) {
+            int cells = PD_DIM == 3 ? 16 : 32;
+            double coarse = stream_error(cells, m, streams[n]), fine = stream_error(2 * cells, m, streams[n]);
+            double order = log(coarse / fine) / log(2.0);
+            NOTE("stream %d, m = %d: error %.3g, half the spacing %.3g, order %.2f", n, m, coarse, fine, order);
+            CHECK_LE(2.8, order);
+            CHECK_LE(fine, pow(0.5 * m / cells, 3.0)); /* the third power of the horizon */
+        }
+}
+
+TEST_MAIN(ENTRY(third_order_in_a_uniform_stream))
