@@ -3724,7 +3724,7 @@ PD_API double pd_transport_carried(pd_ctx *ctx, const pd_transport *transport);
 /* Flux [mol/s, per m in planar 2D] towards + of all bonds that cross the plane between cells index - 1 and index of
  * `axis` (index 1 .. n-1) at the end of the last step, antidiffusive fluxes included: what the scheme conserves (eq.
  * 5.1, 5.4). Along a periodic axis up to the tolerance of the limiter. */
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
+PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *transport, int axis, int index);
 #endif
 
 #endif
@@ -25551,7 +25551,7 @@ PDI_COLD_END
 /* ======== >>transport/amount.c ======== */
 /* amount: see amount.h */
 
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;
@@ -37293,7 +37293,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
     memset(r, 0, sizeof *r);
     pdi_measure_faces(bonds, flow, transport, axis, index, r);
     if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
-    if (transport) r->species = pdi_transport_section(ctx, transport, axis, index);
+    if (transport) r->species = pdi_amount_section(ctx, transport, axis, index);
     r->speed = r->flow / r->area;
 }
 

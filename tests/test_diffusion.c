@@ -332,7 +332,7 @@ static void check_layers(layers *l, int n, double m, double stretch)
     if (!CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result)))
         NOTE("place %.17g, ratio %g, m = %g: defect %.3g", l->place, l->ratio, m, result.defect);
     for (int index = 1; index < n; index++)
-        CHECK_REL(pdi_transport_section(&s->ctx, &s->transport, 0, index), flux * face, 1e-9);
+        CHECK_REL(pdi_amount_section(&s->ctx, &s->transport, 0, index), flux * face, 1e-9);
     CHECK_REL(s->transport.inflow, flux * face, 1e-9);
     CHECK_REL(s->transport.outflow, flux * face, 1e-9);
     for (int32_t i = 0; i < s->grid.total; i++) {
@@ -512,7 +512,7 @@ static double along_error(int n, int across, double m, double offset, double rat
     CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
     double width = s->grid_desc.hi[last], exact = t.place + (width - t.place) * ratio;
     if (PD_DIM == 3) exact *= s->grid_desc.hi[1];
-    double error = fabs(pdi_transport_section(&s->ctx, &s->transport, 0, n / 2) / exact - 1.0);
+    double error = fabs(pdi_amount_section(&s->ctx, &s->transport, 0, n / 2) / exact - 1.0);
     scene_free(s);
     return error;
 }

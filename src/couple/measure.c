@@ -49,7 +49,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
     memset(r, 0, sizeof *r);
     pdi_measure_faces(bonds, flow, transport, axis, index, r);
     if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
-    if (transport) r->species = pdi_transport_section(ctx, transport, axis, index);
+    if (transport) r->species = pdi_amount_section(ctx, transport, axis, index);
     r->speed = r->flow / r->area;
 }
 

@@ -1,7 +1,7 @@
 /* amount: see amount.h */
 #include "transport/amount.h"
 
-PDI_FN double pdi_transport_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
+PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
     (void)ctx;

@@ -338,7 +338,7 @@ TEST(channel_of_one_node)
                  "[side x+] C = 100 mol/m3\n[transport] D = 1e-9 m2/s  time = steady\n",
                  rods[k].m, 10 * rods[k].cells, ACROSS("0 .. 10 um"));
         if (hard_play(h, text)) {
-            double flux = pdi_transport_section(&h->ctx, &h->model.transport, 0, 10);
+            double flux = pdi_amount_section(&h->ctx, &h->model.transport, 0, 10);
             off = fabs(flux / (-1e-9 * 100.0 / length * across) - 1.0);
             shift[k] = 0.5 * (1e-9 * 100.0 * across / fabs(flux) - length) / 1e-5;
         }
