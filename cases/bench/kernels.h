@@ -14,6 +14,7 @@ typedef struct kernels {
     pd_compact compact;
     double *f, *g, *vector, *other; /* [total] twice, [PD_DIM + 1][total] twice */
     bench_job job[KERNELS];
+    int holds;                      /* 1: transport has borrowed what a step needs */
     int jobs;
 } kernels;
 
@@ -107,7 +108,9 @@ static void kernels_free(kernels *k)
     PDI_DELETE(k->ctx, total, k->g);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
+    pdi_owner_free(k->ctx, pdi_jacobian_work_list, &k->jacobian);
     pdi_jacobian_free(k->ctx, &k->jacobian);
+    if (k->holds) pdi_transport_release(k->ctx, &k->lab.transport, PD_OK);
     pdi_multigrid_free(k->ctx, &k->pressure);
     pdi_owner_free(k->ctx, pdi_compact_list, &k->compact);
     pdi_owner_free(k->ctx, pdi_compact_face_list, &k->compact);
@@ -176,7 +179,10 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     PDI_TRY(triad_build(b->ctx, total, &k->triad));
     kernels_fields(k);
     PDI_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->jacobian));
+    PDI_TRY(pdi_owner_build(b->ctx, pdi_jacobian_work_list, &k->jacobian));
     pdi_jacobian_freeze(b->ctx, &k->jacobian);
+    PDI_TRY(pdi_transport_hold(b->ctx, &lab->transport));
+    k->holds = 1;
     PDI_TRY(kernels_multigrid(k));
     double nodes = (double)lab->grid.fluid_count;
     kernels_add(k, "triad", kernels_triad, (double)total);
