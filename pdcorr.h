@@ -3602,7 +3602,7 @@ typedef struct pd_transport {
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
-    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds; lent */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
                              * the nodes keep; lent */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
@@ -25378,6 +25378,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
     if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
@@ -25390,7 +25391,6 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_RAW(owner, transport, old, total, "mol/m3");
-    PDI_RAW(owner, transport, upwinded, total, "1");
     PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
     PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");
@@ -25550,14 +25550,29 @@ PDI_COLD_END
 
 /* ======== >>transport/amount.c ======== */
 /* amount: see amount.h */
+#include <math.h>
+
+/* What limited fluxes carry bond by bond follows from the limiter and the stream, which are there during steps. */
+static double pdi_amount_limited(pd_ctx *ctx, pd_transport *t, int axis, int index)
+{
+    double flux = (double)NAN;
+    if (pdi_transport_hold(ctx, t) < 0) return flux;
+    pd_status status = pdi_flux_refresh(ctx, &t->flux);
+    if (status >= 0) {
+        pdi_transport_anti(ctx, t, t->c, t->rhs);
+        flux = pdi_flux_through(&t->flux, t->c, t->anti, axis, index);
+    }
+    return pdi_transport_release(ctx, t, status) < 0 ? (double)NAN : flux;
+}
 
 PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int index)
 {
     int limited = t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
-    (void)ctx;
+    double flux;
     if (t->desc.given) return 0.0;
     pd_ghosts_scalar(&t->bonds->ghosts, t->c);
-    double flux = pdi_flux_through(&t->flux, t->c, limited ? t->anti : NULL, axis, index);
+    if (limited) flux = pdi_amount_limited(ctx, t, axis, index);
+    else flux = pdi_flux_through(&t->flux, t->c, NULL, axis, index);
     if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);
     return flux + pdi_diffusion_through(&t->diffusion, t->c, t->rest, axis, index);
 }

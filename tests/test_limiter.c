@@ -26,6 +26,7 @@ static double stream_error(int cells, double m, const double *u)
         t->c[i] = exp(sum);
     }
     pdi_flow_prepare(&s->ctx, &s->flow);
+    CHECK_OK(&s->ctx, pdi_transport_hold(&s->ctx, t));
     CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t->flux));
     t->dt = 0.0;
     pdi_transport_operator(&s->ctx, t, t->c, t->rhs);
@@ -40,6 +41,7 @@ static double stream_error(int cells, double m, const double *u)
         }
         if (middle) worst = fmax(worst, fabs((t->rhs[i] - t->anti[i]) / want - 1.0));
     }
+    CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, t, PD_OK));
     scene_free(s);
     return worst;
 }

@@ -104,7 +104,6 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     int32_t middle = stab_middle(&lab->grid);
     PDI_TRY(pd_transport_update(ctx, t));
     t->c[middle] = 1.0;
-    PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
     double limit = pd_transport_limit(ctx, t);
     PDI_TRY(pd_transport_explicit(ctx, t, limit));
     t->c[middle] -= 1.0;
@@ -303,7 +302,6 @@ static pd_status stab_two_stage(pd_ctx *ctx, val_lab *lab, double m, double x, s
     stab_stream(&lab->flow, 100.0);
     pdi_flow_prepare(ctx, &lab->flow);
     PDI_TRY(pd_transport_update(ctx, &lab->transport));
-    PDI_TRY(pdi_flux_refresh(ctx, &lab->transport.flux));
     stab_noise(lab->transport.c, &lab->grid, 2.0, 1.0);
     double mean = pd_transport_stock(ctx, &lab->transport) / (double)lab->grid.fluid_count;
     double before = stab_spread(&lab->grid, lab->transport.c, mean);

@@ -639,6 +639,7 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
     if (transport->flow) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    PDI_ARRAY(owner, transport, upwinded, total, "1");
     if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
     if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
 }
@@ -651,7 +652,6 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_RAW(owner, transport, old, total, "mol/m3");
-    PDI_RAW(owner, transport, upwinded, total, "1");
     PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
     PDI_RAW(owner, transport, work, 2 * total, "");
     PDI_OWN(owner, transport->flow ? PDI_OWNED_ARRAY : PDI_OWNED_RAW, transport, probe, PD_DIM * total, "mol/m4");

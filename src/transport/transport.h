@@ -66,7 +66,7 @@ typedef struct pd_transport {
     int upwinding;          /* 1: a node is upwinded */
     int sweeping;           /* pairs of sweeps over the bonds behind each multigrid cycle: where it has failed in this
                              * step, they are what converges for an M-matrix */
-    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds; lent */
+    uint8_t *upwinded;      /* [total] node lost its antidiffusive fluxes in this step, to keep the bounds */
     double *rhs;            /* [total] [mol/m3/s] work; in the linear solves of Newton's method [-] derivatives of what
                              * the nodes keep; lent */
     double *work;           /* [2][total] [mol/m3/s] residual, [mol/m3] correction; lent */
