@@ -177,6 +177,7 @@ static pd_status horizon_run(bench *b)
                                                                 "finite volumes"};
             s->family[f] = names[f];
             if ((f == HORIZON_FOURTH && !of->fourth) || (f == HORIZON_VOLUMES && !of->volumes)) continue;
+            if (b->quick && f > 1) continue;
             PDI_TRY(horizon_family(b, s, of, f));
         }
         study_close(b, s);
