@@ -29,7 +29,7 @@ at_most 86 evals_again case=counts part=pin h=1e-05
 at_most 1e-8 residual case=counts part=pin h=1e-05
 at_most 32 krylov case=counts part=transport n=16 limited=0 courant=0.1
 at_most 38 krylov case=counts part=transport n=16 limited=0 courant=10000
-at_most 43 krylov case=counts part=transport n=16 limited=1
+at_most 46 krylov case=counts part=transport n=16 limited=1
 at_most 33 krylov case=counts part=transport n=32 limited=0 courant=0.1
 at_most 38 krylov case=counts part=transport n=32 limited=0 courant=10000
 at_most 52 krylov case=counts part=transport n=32 limited=1
