@@ -7216,11 +7216,11 @@ typedef struct pdi_skin {
     pdi_skin_face *face; /* [room] */
 } pdi_skin;
 
-/* The faces of a cell, which is the newest of the points. node: numbers of its corners. */
+/* The faces of a cell. node: numbers of its corners; cell: the point that it has become. */
 PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *skin, pdi_cell_form form, const int64_t *node,
                               const double *const *corner, int32_t cell);
-/* points->surface of all cells; lengths are times scale in metres. Ends the skin. */
-PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *skin, double scale, pd_points *points);
+/* points->surface of all cells; lengths are times scale in metres. Sorts the faces. */
+PDI_FN void pdi_skin_close(pdi_skin *skin, double scale, pd_points *points);
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
 #endif
 
@@ -42740,7 +42740,7 @@ static int pdi_skin_compare(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *points)
+PDI_FN void pdi_skin_close(pdi_skin *s, double scale, pd_points *points)
 {
     double size = 1.0;
     for (int d = 1; d < PD_DIM; d++) size *= scale;
@@ -42751,7 +42751,6 @@ PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *po
         if (next > k + 1) continue;
         for (int d = 0; d < PD_DIM; d++) points->surface[(int64_t)face->cell * PD_DIM + d] += size * face->area[d];
     }
-    pdi_skin_free(ctx, s);
 }
 
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)
@@ -43083,7 +43082,7 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_msh_sections(&m);
-    if (status == PD_OK) pdi_skin_close(scan->ctx, &m.skin, scale, points);
+    if (status == PD_OK) pdi_skin_close(&m.skin, scale, points);
     pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);
@@ -43729,7 +43728,7 @@ PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points)
     v.rank = 99;
     pd_status status = pdi_vtu_file(&v);
     pdi_vtu_forget(&v);
-    if (status == PD_OK) pdi_skin_close(scan->ctx, &v.skin, scale, points);
+    if (status == PD_OK) pdi_skin_close(&v.skin, scale, points);
     pdi_skin_free(scan->ctx, &v.skin);
     return status;
 }

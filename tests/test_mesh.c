@@ -229,6 +229,17 @@ TEST(cubes)
     }
 }
 
+static pd_body_desc family_of(const pd_points *points, double horizon)
+{
+    pd_body_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.count = points->count;
+    desc.position = points->position;
+    desc.volume = points->volume;
+    desc.horizon = horizon;
+    return desc;
+}
+
 /* The points of a mesh are a body: a linear field has the stress of Hooke's law at each of them. */
 TEST(bodies)
 {
@@ -244,11 +255,7 @@ TEST(bodies)
         pd_ctx_init(&ctx);
         write_2(&kinds[k]);
         if (!CHECK_OK(&ctx, pd_points_read(&ctx, put("body.msh", page.text, page.size), 1e-3, &points))) return;
-        memset(&desc, 0, sizeof desc);
-        desc.count = points.count;
-        desc.position = points.position;
-        desc.volume = points.volume;
-        desc.horizon = 2.1e-3 / N;
+        desc = family_of(&points, 2.1e-3 / N);
         memset(&material, 0, sizeof material);
         material.young = 45e9;
         material.poisson = PD_DIM == 1 ? 0.0 : 0.3;
@@ -282,11 +289,7 @@ TEST(ring)
     pd_equilibrium_result result;
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_points_read(&ctx, "examples/ring.msh", 1e-3, &points))) return;
-    memset(&desc, 0, sizeof desc);
-    desc.count = points.count;
-    desc.position = points.position;
-    desc.volume = points.volume;
-    desc.horizon = 1.1e-3;
+    desc = family_of(&points, 1.1e-3);
     memset(&material, 0, sizeof material);
     material.young = young;
     material.poisson = poisson;

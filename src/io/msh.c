@@ -321,7 +321,7 @@ PDI_FN pd_status pdi_msh_read(pdi_scan *scan, double scale, pd_points *points)
     m.cells.points = points;
     m.cells.scale = scale;
     pd_status status = pdi_msh_sections(&m);
-    if (status == PD_OK) pdi_skin_close(scan->ctx, &m.skin, scale, points);
+    if (status == PD_OK) pdi_skin_close(&m.skin, scale, points);
     pdi_skin_free(scan->ctx, &m.skin);
     PDI_DELETE(scan->ctx, m.nodes, m.node);
     PDI_DELETE(scan->ctx, m.entities, m.entity);

@@ -110,7 +110,7 @@ static int pdi_skin_compare(const void *a, const void *b)
     return (p->cell > q->cell) - (p->cell < q->cell);
 }
 
-PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *points)
+PDI_FN void pdi_skin_close(pdi_skin *s, double scale, pd_points *points)
 {
     double size = 1.0;
     for (int d = 1; d < PD_DIM; d++) size *= scale;
@@ -121,7 +121,6 @@ PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *s, double scale, pd_points *po
         if (next > k + 1) continue;
         for (int d = 0; d < PD_DIM; d++) points->surface[(int64_t)face->cell * PD_DIM + d] += size * face->area[d];
     }
-    pdi_skin_free(ctx, s);
 }
 
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *s)

@@ -21,11 +21,11 @@ typedef struct pdi_skin {
     pdi_skin_face *face; /* [room] */
 } pdi_skin;
 
-/* The faces of a cell, which is the newest of the points. node: numbers of its corners. */
+/* The faces of a cell. node: numbers of its corners; cell: the point that it has become. */
 PDI_FN pd_status pdi_skin_add(pd_ctx *ctx, pdi_skin *skin, pdi_cell_form form, const int64_t *node,
                               const double *const *corner, int32_t cell);
-/* points->surface of all cells; lengths are times scale in metres. Ends the skin. */
-PDI_FN void pdi_skin_close(pd_ctx *ctx, pdi_skin *skin, double scale, pd_points *points);
+/* points->surface of all cells; lengths are times scale in metres. Sorts the faces. */
+PDI_FN void pdi_skin_close(pdi_skin *skin, double scale, pd_points *points);
 PDI_FN void pdi_skin_free(pd_ctx *ctx, pdi_skin *skin);
 #endif
 
