@@ -25186,17 +25186,14 @@ static pd_status pdi_transport_enforce(pd_ctx *ctx, pd_transport *t, double atol
             status = pdi_transport_close(ctx, t, 0, atol, result, &moved);
             if (status < 0 || pdi_transport_within(t, t->old)) return status;
         }
-        if (round == 0) {
-            /* what Newton's method has left undone may be all that is outside: nodes upwinded for it would be chosen by
-             * rounding */
-            PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
-            continue;
-        }
-        pdi_transport_mark(t, PDI_TRANSPORT_SLACK);
+        /* what solves have left undone may be all that is outside: nodes upwinded for it would be chosen by rounding */
+        if (!round) PDI_TRY(pdi_transport_newton(ctx, t, PDI_TRANSPORT_FINISHED * atol, PDI_TRANSPORT_STILL, result));
+        int64_t marked = round ? pdi_transport_mark(t, PDI_TRANSPORT_SLACK) : 0;
         if (round == PDI_TRANSPORT_ROUNDS) pdi_par_zero(ctx, t->grid->total, t->anti);
         else pdi_transport_anti(ctx, t, t->c, t->anti);
         pdi_transport_right_side(ctx, t);
-        status = pdi_transport_correct(ctx, t, 0, PDI_TRANSPORT_ROUGH * atol, result, &moved);
+        status = pdi_transport_correct(ctx, t, 0, (marked ? PDI_TRANSPORT_ROUGH : PDI_TRANSPORT_FINE) * atol, result,
+                                       &moved);
         if (status < 0) return status;
         result->bounded = round;
     }

@@ -137,6 +137,12 @@ reports shells_2d flux -1e-8 1e-8
 shows shells_3d transfer_core.csv 0 "flux [mol/s]" 1.047198 4e-3
 # a cylinder in a wide cross flow: cylinder_crossflow_sherwood_re20.csv, good to 1 %; the box adds 1.5 %
 shows cylinder_mass_2d transfer_c.csv 0 "Sh [-]" 2.7341 2e-2
+# next to nothing upstream, whose rounding upwinds no node
+for m in 2 3; do
+    run wide_$m cylinder_mass_2d "grid.m=$m" "h=1 mm / 13"
+    shows wide_$m transfer_c.csv 0 "Sh [-]" 2.7341 2e-2
+    reports wide_$m defect 0 1e-9
+done
 # local Sherwood numbers at 0.01 and 0.0147 Dh^2 U/D
 shows graetz_2d transfer_wall_000000_t0.0s.csv 40.050000000000004 "Sh [-]" 7.74050 2e-2
 shows graetz_2d transfer_wall_000000_t0.0s.csv 58.75 "Sh [-]" 7.58700 2e-2
