@@ -143,6 +143,12 @@ for m in 2 3; do
     shows wide_$m transfer_c.csv 0 "Sh [-]" 2.7341 2e-2
     reports wide_$m defect 0 1e-9
 done
+# a layer that no lattice of this spacing holds is told, and no other one
+run thin cylinder_mass_2d "D=1e-9 m2/s"
+layer="note: transfer c: the layer at its surface is [-+.e0-9]* m thick, and cells are 0.000125 m"
+grep -q "^$layer: its flux wants at least 2 cells across$" "$dir/thin.log" &&
+    ! grep -q "^note: transfer" "$dir/cylinder_mass_2d.log"
+verdict "thin: expected a note on the layer, found $(grep note "$dir/thin.log")" $?
 # local Sherwood numbers at 0.01 and 0.0147 Dh^2 U/D
 shows graetz_2d transfer_wall_000000_t0.0s.csv 40.050000000000004 "Sh [-]" 7.74050 2e-2
 shows graetz_2d transfer_wall_000000_t0.0s.csv 58.75 "Sh [-]" 7.58700 2e-2

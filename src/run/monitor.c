@@ -9,6 +9,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
+#define PDI_MONITOR_LAYER 2.0
+
 /* Units of amounts per depth, by dimension. */
 static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
 static const char *const pdi_monitor_unit_volume[] = {"m", "m2", "m3"};
@@ -135,7 +138,9 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
     pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
     pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
-    if (d->length > 0.0) pdi_monitor_put(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
+    if (!(d->length > 0.0)) return;
+    pdi_monitor_put(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
+    pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
@@ -575,6 +580,21 @@ PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
     return PD_OK;
 }
 
+/* What figures cannot be trusted in. */
+static void pdi_monitor_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
+{
+    char text[256];
+    double h = model->grid.h[0], layer = HUGE_VAL;
+    for (int d = 1; d < PD_DIM; d++) h = fmin(h, model->grid.h[d]);
+    for (int f = 0; f < m->count; f++)
+        if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
+    if (!(layer < PDI_MONITOR_LAYER * h)) return;
+    snprintf(text, sizeof text, "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
+             "at least %g cells across", pdi_setup_monitor_name(m->desc->kind), m->desc->name, layer, h,
+             PDI_MONITOR_LAYER);
+    print(user, PD_PRINT_NOTE, text);
+}
+
 PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *user)
 {
     char text[1024];
@@ -589,6 +609,7 @@ PDI_FN void pdi_monitors_print(const pd_monitors *all, pd_print_fn print, void *
             snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
         }
         print(user, PD_PRINT_RESULT, text);
+        pdi_monitor_doubt(all->model, m, print, user);
     }
 }
 
@@ -611,3 +632,5 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     }
     memset(all, 0, sizeof *all);
 }
+
+#undef PDI_MONITOR_LAYER

@@ -52,7 +52,8 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_fold
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Profiles and plots of this instant, after its step. */
 PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
-/* A line "result case=... monitor=..." with the last figures of each table. */
+/* A line "result case=... monitor=..." with the last figures of each table, and a note where the lattice does not hold
+ * what they measure. */
 PDI_FN void pdi_monitors_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
