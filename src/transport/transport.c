@@ -243,7 +243,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
 }
 
 /* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-PDI_FN void pdi_transport_boundary(pd_transport *t)
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
@@ -265,8 +265,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
+    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -276,14 +275,14 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        uint8_t kind = t->grid->kind[i];
-        if (kind != PD_FLUID && kind != PD_INLET) continue;
-        pdi_bounds_take(kind == PD_FLUID ? start[i] : t->c[i], b);
-        if (kind == PD_FLUID && t->source[i] < 0.0) b->low = -HUGE_VAL;
-        if (kind == PD_FLUID && t->absorb[i] > 0.0) b->low = fmin(b->low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) b->high = fmax(b->high, t->ceiling);
-    }
+    pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
+    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
+    if (source.low < 0.0) b->low = -HUGE_VAL;
+    if (absorb.high > 0.0) b->low = fmin(b->low, 0.0);
+    if (source.high > 0.0) b->high = fmax(b->high, t->ceiling);
     for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
     if (t->diffusion.wall_rate) {
         b->low = fmin(b->low, t->diffusion.held_least);
@@ -510,7 +509,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
-    pdi_transport_boundary(t);
+    pdi_transport_boundary(ctx, t);
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
@@ -659,7 +658,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
     if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
-    pdi_inverse_list(owner, &transport->inverse);
+    if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
 static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
@@ -754,6 +753,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
 
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
+    if (t->lean) return pdi_fail(ctx, PD_ERR_INTERNAL, "transport", "a solve begins in a step that has no solver");
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
         pdi_multigrid_open(&t->inverse.mg);
@@ -762,12 +762,26 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
     return PD_OK;
 }
 
+PDI_FN pd_status pdi_transport_hold_lean(pd_ctx *ctx, pd_transport *t)
+{
+    pd_status status = PD_OK;
+    if (!t->held) {
+        t->lean = 1;
+        status = pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t);
+    }
+    if (status == PD_OK) t->held++;
+    else t->lean = 0;
+    return status;
+}
+
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status status)
 {
     if (--t->held) return status;
     t->inverse.fresh = 0;
-    pdi_multigrid_close(&t->inverse.mg);
-    return pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    t->lean = 0;
+    return status;
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
