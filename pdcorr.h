@@ -9814,6 +9814,7 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
 /* ======== >>core/par.c ======== */
 /* par: see par.h */
 #include <math.h>
+#include <string.h>
 #include <time.h>
 #ifdef _OPENMP
 #include <omp.h>
@@ -9968,6 +9969,7 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     double partial[PDI_PAR_BATCH], largest = 0.0;
     int nt = pdi_par_threads(ctx, n);
     (void)nt;
+    if (nt == 1) return pdi_par_block_max(x, n);
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
@@ -9983,10 +9985,14 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     return largest;
 }
 
+/* A fork of one thread costs microseconds: the loops below have none around them then. */
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
 }
@@ -9994,7 +10000,10 @@ PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memmove(y, x, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = x[i];
 }
@@ -10002,7 +10011,10 @@ PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memset(y, 0, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = 0.0;
 }
@@ -13644,23 +13656,29 @@ static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most
     }
 }
 
+/* The share of one thread; all where there is no fork around it. */
+static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn run, const void *user)
+{
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->whole.count; s++)
+        pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->cut.count; s++)
+        pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
+    PDI_FOR
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+}
+
 PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
                                const void *user)
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    (void)nt;
-    PDI_PARALLEL(nt)
-    {
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->whole.count; s++)
-            pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->cut.count; s++)
-            pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
-                                user);
-        PDI_FOR
-        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    if (nt == 1) pdi_traverse_share(bonds, most, run, user); /* a fork of one thread costs microseconds */
+    else {
+        PDI_PARALLEL(nt)
+        pdi_traverse_share(bonds, most, run, user);
     }
     pdi_par_end(ctx, &timing);
 }
@@ -13696,6 +13714,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
     w.block = block;
     w.user = user;
     pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
+    if (!boundary->count) return;
     int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -24011,20 +24030,28 @@ static void pdi_flux_ratio(pd_flux *t)
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
  * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
     double *q = t->stream + PD_DIM * total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
             t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
         }
         q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+    }
+}
+
+static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
+    if (nt == 1) pdi_flux_stream_share(t);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_flux_stream_share(t);
     }
 }
 
@@ -24079,14 +24106,15 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
 {
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->paths.shift[k];
-    int own = k < bonds->stencil->count / 2, ghosts = 0;
+    int own = k < bonds->stencil->count / 2;
+    uint8_t ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    if (own && row < 0 && !pdi_boundary_any(bonds->grid)) {
+    if (own && row < 0 && !t->boundary->count) {
         pdi_flux_volume(t, i, k, count, slot);
         return;
     }
-    for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
+    for (int b = 0; b < count && !own; b++) ghosts |= bonds->grid->kind[i + b + shift] ^ PD_FLUID;
     if (!own && !ghosts) return;
     pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);
@@ -24876,13 +24904,18 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
 {
     const uint8_t *kind = t->grid->kind;
     int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    if (!rests) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        return;
+    }
+    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
     double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
+        t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -25001,16 +25034,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
 
 /* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
  * too. */
-static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+static int pdi_transport_measure(pd_transport *t)
 {
-    const uint8_t *kind = t->grid->kind;
-    double *size = t->probe, had = t->size;
-    int nt = pdi_par_threads(ctx, t->grid->total * 2);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    double had = t->size;
+    pdi_bounds of = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    double largest = of.high > -of.low ? of.high : -of.low;
+    t->size = fmax(had, fmin(largest, t->most));
     return t->size > had;
 }
 
@@ -25044,7 +25075,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     result->residual = linear.residual;
     pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
     *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return status;
 }
 
@@ -25151,7 +25182,7 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -25263,7 +25294,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (status < 0) break;
         double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
         double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
-        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
+        if (pdi_transport_measure(t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
@@ -25750,26 +25781,35 @@ static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
     return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
 }
 
-/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes. */
-static void pdi_explicit_move(pd_ctx *ctx, pd_transport *t, double dt)
+/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
+ * thread. */
+static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
     const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
     const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
-    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
-    (void)nt;
     if (!held) {
-        PDI_PARALLEL_FOR(nt)
+        PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
             double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++)
         if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+}
+
+static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
+    if (nt == 1) pdi_explicit_share(t, dt);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_explicit_share(t, dt);
+    }
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */

@@ -36,26 +36,35 @@ static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
     return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
 }
 
-/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes. */
-static void pdi_explicit_move(pd_ctx *ctx, pd_transport *t, double dt)
+/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
+ * thread. */
+static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
     const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
     const double *held = t->diffusion.wall_source;
     double *PD_RESTRICT c = t->c;
-    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
-    (void)nt;
     if (!held) {
-        PDI_PARALLEL_FOR(nt)
+        PDI_FOR
         for (int32_t i = 0; i < t->grid->total; i++) {
             double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++)
         if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+}
+
+static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
+    if (nt == 1) pdi_explicit_share(t, dt);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_explicit_share(t, dt);
+    }
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
@@ -73,7 +82,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);

@@ -92,20 +92,28 @@ static void pdi_flux_ratio(pd_flux *t)
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
  * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
     double *q = t->stream + PD_DIM * total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
             t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
         }
         q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+    }
+}
+
+static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
+    if (nt == 1) pdi_flux_stream_share(t);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_flux_stream_share(t);
     }
 }
 
@@ -160,14 +168,15 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
 {
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->paths.shift[k];
-    int own = k < bonds->stencil->count / 2, ghosts = 0;
+    int own = k < bonds->stencil->count / 2;
+    uint8_t ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    if (own && row < 0 && !pdi_boundary_any(bonds->grid)) {
+    if (own && row < 0 && !t->boundary->count) {
         pdi_flux_volume(t, i, k, count, slot);
         return;
     }
-    for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
+    for (int b = 0; b < count && !own; b++) ghosts |= bonds->grid->kind[i + b + shift] ^ PD_FLUID;
     if (!own && !ghosts) return;
     pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);

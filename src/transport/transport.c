@@ -36,13 +36,18 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
 {
     const uint8_t *kind = t->grid->kind;
     int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    if (!rests) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        return;
+    }
+    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
     double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
+        t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -161,16 +166,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
 
 /* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
  * too. */
-static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+static int pdi_transport_measure(pd_transport *t)
 {
-    const uint8_t *kind = t->grid->kind;
-    double *size = t->probe, had = t->size;
-    int nt = pdi_par_threads(ctx, t->grid->total * 2);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    double had = t->size;
+    pdi_bounds of = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    double largest = of.high > -of.low ? of.high : -of.low;
+    t->size = fmax(had, fmin(largest, t->most));
     return t->size > had;
 }
 
@@ -204,7 +207,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     result->residual = linear.residual;
     pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
     *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return status;
 }
 
@@ -303,7 +306,7 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(pd_transport *t)
 {
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
@@ -311,7 +314,7 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -423,7 +426,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (status < 0) break;
         double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
         double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
-        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
+        if (pdi_transport_measure(t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
@@ -467,7 +470,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
                                        pd_transport_result *result)
 {
     double moved = 0.0;
-    if (!pdi_transport_start(ctx, t)) {
+    if (!pdi_transport_start(t)) {
         /* with the residual of the stage */
         pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
                                                 : pdi_transport_close(ctx, t, 1, atol, result, &moved);

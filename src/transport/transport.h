@@ -148,7 +148,7 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, doubl
 /* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
  * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
 PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
