@@ -3590,7 +3590,7 @@ typedef struct pd_transport {
     pd_arena own;           /* without one from the desc */
     int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
                              * parts */
-    int lean;               /* 1: that is without what solves need */
+    int lean;               /* 1: the outermost of them solves nothing, and no solver is lent */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -3667,8 +3667,6 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *transport);
 PDI_FN size_t pdi_transport_room(pd_transport *transport);
 /* Hold what a step needs from here on until the release. Returns `status`, or an error. */
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *transport);
-/* The same for a step that solves nothing: no solver is lent. */
-PDI_FN pd_status pdi_transport_hold_lean(pd_ctx *ctx, pd_transport *transport);
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_status status);
 /* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
  * at the end. All is held. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes.
@@ -3688,7 +3686,7 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, doubl
 /* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
  * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
 PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
@@ -24903,8 +24901,8 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    if (!rests) {
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (!t->flux.conductance.rests) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         return;
@@ -25032,16 +25030,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
- * too. */
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
 static int pdi_transport_measure(pd_transport *t)
 {
     double had = t->size;
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
     pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
-    double largest = of.high > -of.low ? of.high : -of.low;
-    t->size = fmax(had, fmin(largest, t->most));
+    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -25174,7 +25170,7 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(pd_transport *t)
 {
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
@@ -25338,7 +25334,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
                                        pd_transport_result *result)
 {
     double moved = 0.0;
-    if (!pdi_transport_start(ctx, t)) {
+    if (!pdi_transport_start(t)) {
         /* with the residual of the stage */
         pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
                                                 : pdi_transport_close(ctx, t, 1, atol, result, &moved);
@@ -25431,11 +25427,10 @@ PDI_FN void pdi_transport_open(pd_transport *t)
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_INLET) continue;
-        t->passed[0] = fmin(t->passed[0], t->c[i]);
-        t->passed[1] = fmax(t->passed[1], t->c[i]);
-    }
+    pdi_bounds of = {t->passed[0], t->passed[1]};
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->passed[0] = of.low;
+    t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
     t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
     t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
@@ -25624,25 +25619,12 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
 
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
-    if (t->lean) return pdi_fail(ctx, PD_ERR_INTERNAL, "transport", "a solve begins in a step that has no solver");
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
-        pdi_multigrid_open(&t->inverse.mg);
+        if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
     return PD_OK;
-}
-
-PDI_FN pd_status pdi_transport_hold_lean(pd_ctx *ctx, pd_transport *t)
-{
-    pd_status status = PD_OK;
-    if (!t->held) {
-        t->lean = 1;
-        status = pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t);
-    }
-    if (status == PD_OK) t->held++;
-    else t->lean = 0;
-    return status;
 }
 
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status status)
@@ -25827,7 +25809,7 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
@@ -25839,12 +25821,21 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* All but the solver is lent, unless it is already. */
+static pd_status pdi_explicit_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) t->lean = 1;
+    pd_status status = pdi_transport_hold(ctx, t);
+    if (!t->held) t->lean = 0;
+    return status;
+}
+
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    PDI_TRY(pdi_transport_hold_lean(ctx, t));
+    PDI_TRY(pdi_explicit_hold(ctx, t));
     return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }
 #ifdef PDI_COLD

@@ -94,11 +94,20 @@ static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
     return PD_OK;
 }
 
+/* All but the solver is lent, unless it is already. */
+static pd_status pdi_explicit_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) t->lean = 1;
+    pd_status status = pdi_transport_hold(ctx, t);
+    if (!t->held) t->lean = 0;
+    return status;
+}
+
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 {
     if (!(dt > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    PDI_TRY(pdi_transport_hold_lean(ctx, t));
+    PDI_TRY(pdi_explicit_hold(ctx, t));
     return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }

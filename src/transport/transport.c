@@ -35,8 +35,8 @@
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    if (!rests) {
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (!t->flux.conductance.rests) {
         pdi_par_copy(ctx, t->grid->total, c, t->repeated);
         pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
         return;
@@ -164,16 +164,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
- * too. */
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
 static int pdi_transport_measure(pd_transport *t)
 {
     double had = t->size;
     pdi_bounds of = {0.0, 0.0};
     pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
     pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
-    double largest = of.high > -of.low ? of.high : -of.low;
-    t->size = fmax(had, fmin(largest, t->most));
+    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -563,11 +561,10 @@ PDI_FN void pdi_transport_open(pd_transport *t)
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_INLET) continue;
-        t->passed[0] = fmin(t->passed[0], t->c[i]);
-        t->passed[1] = fmax(t->passed[1], t->c[i]);
-    }
+    pdi_bounds of = {t->passed[0], t->passed[1]};
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->passed[0] = of.low;
+    t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
     t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
     t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
@@ -756,25 +753,12 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
 
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
-    if (t->lean) return pdi_fail(ctx, PD_ERR_INTERNAL, "transport", "a solve begins in a step that has no solver");
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
-        pdi_multigrid_open(&t->inverse.mg);
+        if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
     return PD_OK;
-}
-
-PDI_FN pd_status pdi_transport_hold_lean(pd_ctx *ctx, pd_transport *t)
-{
-    pd_status status = PD_OK;
-    if (!t->held) {
-        t->lean = 1;
-        status = pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t);
-    }
-    if (status == PD_OK) t->held++;
-    else t->lean = 0;
-    return status;
 }
 
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status status)

@@ -50,7 +50,7 @@ typedef struct pd_transport {
     pd_arena own;           /* without one from the desc */
     int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
                              * parts */
-    int lean;               /* 1: that is without what solves need */
+    int lean;               /* 1: the outermost of them solves nothing, and no solver is lent */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -127,8 +127,6 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *transport);
 PDI_FN size_t pdi_transport_room(pd_transport *transport);
 /* Hold what a step needs from here on until the release. Returns `status`, or an error. */
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *transport);
-/* The same for a step that solves nothing: no solver is lent. */
-PDI_FN pd_status pdi_transport_hold_lean(pd_ctx *ctx, pd_transport *transport);
 PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *transport, pd_status status);
 /* (c - old - carry)/dt + F(c) = 0 for given old and carry (eq. 5.3), from the present c; outflow and inflow are those
  * at the end. All is held. bounded: values outside of the bounds of old and inflow lose their antidiffusive fluxes.
