@@ -3458,6 +3458,8 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
+/* y [total] [1/s]: the rate at which each fluid node exchanges its content, with `room` times the part of upwinding. */
+PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
 PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *c);
@@ -3491,6 +3493,8 @@ typedef struct pdi_bounds {
 } pdi_bounds;
 
 PDI_FN void pdi_bounds_take(double value, pdi_bounds *bounds);
+/* All values of the nodes of one kind. */
+PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double *x, pdi_bounds *bounds);
 /* Both move out by a share of the largest value of the fluid. */
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *bounds);
 /* 1: the field keeps them at all fluid nodes, with `more` on top of it where that is not NULL. */
@@ -3586,6 +3590,7 @@ typedef struct pd_transport {
     pd_arena own;           /* without one from the desc */
     int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
                              * parts */
+    int lean;               /* 1: the outermost of them solves nothing, and no solver is lent */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -3681,7 +3686,7 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, doubl
 /* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
  * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
 PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
@@ -3691,7 +3696,7 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_ar
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
  * and inflow of it. */
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
-PDI_FN void pdi_transport_boundary(pd_transport *transport);
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *transport);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
@@ -9808,6 +9813,7 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
 /* ======== >>core/par.c ======== */
 /* par: see par.h */
 #include <math.h>
+#include <string.h>
 #include <time.h>
 #ifdef _OPENMP
 #include <omp.h>
@@ -9962,6 +9968,7 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     double partial[PDI_PAR_BATCH], largest = 0.0;
     int nt = pdi_par_threads(ctx, n);
     (void)nt;
+    if (nt == 1) return pdi_par_block_max(x, n);
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
@@ -9977,10 +9984,14 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     return largest;
 }
 
+/* A fork of one thread costs microseconds: the loops below have none around them then. */
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
 }
@@ -9988,7 +9999,10 @@ PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memmove(y, x, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = x[i];
 }
@@ -9996,7 +10010,10 @@ PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memset(y, 0, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = 0.0;
 }
@@ -13638,23 +13655,29 @@ static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most
     }
 }
 
+/* The share of one thread; all where there is no fork around it. */
+static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn run, const void *user)
+{
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->whole.count; s++)
+        pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->cut.count; s++)
+        pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
+    PDI_FOR
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+}
+
 PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
                                const void *user)
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    (void)nt;
-    PDI_PARALLEL(nt)
-    {
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->whole.count; s++)
-            pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->cut.count; s++)
-            pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
-                                user);
-        PDI_FOR
-        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    if (nt == 1) pdi_traverse_share(bonds, most, run, user); /* a fork of one thread costs microseconds */
+    else {
+        PDI_PARALLEL(nt)
+        pdi_traverse_share(bonds, most, run, user);
     }
     pdi_par_end(ctx, &timing);
 }
@@ -13690,6 +13713,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
     w.block = block;
     w.user = user;
     pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
+    if (!boundary->count) return;
     int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -24005,20 +24029,28 @@ static void pdi_flux_ratio(pd_flux *t)
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
  * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
     double *q = t->stream + PD_DIM * total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
             t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
         }
         q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+    }
+}
+
+static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
+    if (nt == 1) pdi_flux_stream_share(t);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_flux_stream_share(t);
     }
 }
 
@@ -24073,10 +24105,15 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
 {
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->paths.shift[k];
-    int own = k < bonds->stencil->count / 2, ghosts = 0;
+    int own = k < bonds->stencil->count / 2;
+    uint8_t ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
+    if (own && row < 0 && !t->boundary->count) {
+        pdi_flux_volume(t, i, k, count, slot);
+        return;
+    }
+    for (int b = 0; b < count && !own; b++) ghosts |= bonds->grid->kind[i + b + shift] ^ PD_FLUID;
     if (!own && !ghosts) return;
     pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);
@@ -24140,6 +24177,7 @@ typedef struct pdi_flux_sweep {
     const pd_flux *t;
     const double *c;
     const double *x, *factor_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
+    double room; /* [-] for what upwinding adds, of rates */
     double *y;
 } pdi_flux_sweep;
 
@@ -24237,6 +24275,60 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     if (place >= 0) pdi_flux_apply_block(s, i, row, place, 1);
     else if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
     else pdi_flux_apply_block(s, i, row, -1, count);
+}
+
+/* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
+static inline double pdi_flux_rate(double flux, double least, double room)
+{
+    return least + room * (pdi_flux_upwind(0.5 * flux, least) - least) - 0.5 * flux;
+}
+
+/* Outlets take what leaves and give nothing. Bonds that are closed stand for themselves, too, and carry zero. */
+static inline double pdi_flux_rate_of(double flux, double least, double room, int itself)
+{
+    return itself ? (flux > 0.0 ? flux : 0.0) : pdi_flux_rate(flux, least, room);
+}
+
+PDI_INLINE void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pd_flux *t = s->t;
+    const double *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
+    double sum[PDI_BLOCK], room = s->room, *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = absorb[b] + (hold ? hold[i + b] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int last = place >= 0 && !p.next, first = place >= 0 && !p.before;
+        for (int b = 0; b < count; b++)
+            sum[b] += pdi_flux_rate_of(flux[b], ahead[b], room, last) +
+                      pdi_flux_rate_of(turn * back[b], behind[b], room, first);
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+/* Fluid at rest with one diffusivity. */
+static void pdi_flux_rates_rest(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_flux *t = s->t;
+    const pd_stencil *stencil = t->bonds->stencil;
+    const double *hold = t->diffusion->wall_rate;
+    for (int b = 0; b < count; b++) {
+        double sum = t->diffusion->desc.diffusivity * stencil->lap_sum;
+        for (int k = 0; k < stencil->count && row >= 0; k++)
+            sum = (k ? sum : 0.0) + pdi_conductance_value(&t->conductance, row + b, k);
+        s->y[i + b] = t->absorb[i + b] + (hold ? hold[i + b] : 0.0) + sum;
+    }
+}
+
+static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (s->t->conductance.rests) pdi_flux_rates_rest(s, i, row, count);
+    else if (place >= 0) pdi_flux_rates_block(s, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_rates_block(s, i, row, -1, count);
 }
 
 /* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
@@ -24356,6 +24448,15 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
+}
+
+PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y)
+{
+    pdi_flux_sweep s;
+    s.t = t;
+    s.room = room;
+    s.y = y;
+    pdi_flux_sweep_all(ctx, &s, pdi_flux_rates_nodes);
 }
 
 /* The value of node i that balances it. */
@@ -24535,17 +24636,6 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
     memset(&t->conductance, 0, sizeof t->conductance);
 }
 PDI_COLD_END
-#ifdef PDI_COLD
-#pragma GCC pop_options
-#endif
-#endif /* cut */
-
-#if !defined(PDCORR_NO_PHYSICS)
-
-#ifdef PDI_COLD
-#pragma GCC push_options
-#pragma GCC optimize ("O1")
-#endif
 
 /* ======== >>transport/bounds.c ======== */
 /* bounds: see bounds.h */
@@ -24557,19 +24647,52 @@ PDI_FN void pdi_bounds_take(double value, pdi_bounds *b)
     if (value > b->high) b->high = value;
 }
 
+PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double *x, pdi_bounds *b)
+{
+    enum { lanes = 8, block = 64 };
+    double low[lanes], high[lanes], of[block];
+    int32_t i = 0;
+    for (; i < grid->total && b->low > b->high; i++)
+        if (grid->kind[i] == kind) pdi_bounds_take(x[i], b);
+    double none = b->low; /* moves neither of both */
+    for (int l = 0; l < lanes; l++) {
+        low[l] = b->low;
+        high[l] = b->high;
+    }
+    for (; i + block <= grid->total; i += block) {
+        for (int k = 0; k < block; k++) of[k] = grid->kind[i + k] == kind ? x[i + k] : none;
+        for (int k = 0; k < block; k += lanes)
+            for (int l = 0; l < lanes; l++) {
+                low[l] = of[k + l] < low[l] ? of[k + l] : low[l];
+                high[l] = of[k + l] > high[l] ? of[k + l] : high[l];
+            }
+    }
+    for (; i < grid->total; i++)
+        if (grid->kind[i] == kind) pdi_bounds_take(x[i], b);
+    for (int l = 0; l < lanes; l++) {
+        pdi_bounds_take(low[l], b);
+        pdi_bounds_take(high[l], b);
+    }
+}
+
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)
 {
-    double size = 0.0;
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID && fabs(c[i]) > size) size = fabs(c[i]);
+    pdi_bounds of = {0.0, 0.0};
+    pdi_bounds_take_all(grid, PD_FLUID, c, &of);
+    double size = of.high > -of.low ? of.high : -of.low;
     b->low -= share * size;
     b->high += share * size;
 }
 
 PDI_FN int pdi_bounds_keep(const pd_grid *grid, const double *c, const double *more, const pdi_bounds *b)
 {
+    if (!more) {
+        pdi_bounds of = {HUGE_VAL, -HUGE_VAL};
+        pdi_bounds_take_all(grid, PD_FLUID, c, &of);
+        return of.low >= b->low && of.high <= b->high;
+    }
     for (int32_t i = 0; i < grid->total; i++) {
-        double value = more ? c[i] + more[i] : c[i];
+        double value = c[i] + more[i];
         if (grid->kind[i] == PD_FLUID && (value < b->low || value > b->high)) return 0;
     }
     return 1;
@@ -24588,7 +24711,11 @@ PDI_FN int64_t pdi_bounds_mark(const pd_bonds *bonds, const double *c, const pdi
 {
     const pd_grid *grid = bonds->grid;
     int64_t found = 0;
-    for (int32_t i = 0; i < grid->total; i++) {
+    double low = b->low, high = b->high;
+    int32_t outside = 0;
+    for (int32_t i = 0; i < grid->total; i++)
+        outside += (grid->kind[i] == PD_FLUID) & !((c[i] >= low) & (c[i] <= high));
+    for (int32_t i = 0; i < grid->total && outside; i++) {
         if (grid->kind[i] != PD_FLUID || (c[i] >= b->low && c[i] <= b->high)) continue;
         if (pdi_bounds_mark_one(grid, i, marked)) found++;
         else
@@ -24775,14 +24902,19 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (!t->flux.conductance.rests) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        return;
+    }
+    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
     double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
+        t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -24899,18 +25031,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
- * too. */
-static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
+static int pdi_transport_measure(pd_transport *t)
 {
-    const uint8_t *kind = t->grid->kind;
-    double *size = t->probe, had = t->size;
-    int nt = pdi_par_threads(ctx, t->grid->total * 2);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    double had = t->size;
+    pdi_bounds of = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -24944,7 +25072,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     result->residual = linear.residual;
     pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
     *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return status;
 }
 
@@ -24983,7 +25111,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
 }
 
 /* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-PDI_FN void pdi_transport_boundary(pd_transport *t)
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
@@ -25005,8 +25133,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
+    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -25016,14 +25143,14 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        uint8_t kind = t->grid->kind[i];
-        if (kind != PD_FLUID && kind != PD_INLET) continue;
-        pdi_bounds_take(kind == PD_FLUID ? start[i] : t->c[i], b);
-        if (kind == PD_FLUID && t->source[i] < 0.0) b->low = -HUGE_VAL;
-        if (kind == PD_FLUID && t->absorb[i] > 0.0) b->low = fmin(b->low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) b->high = fmax(b->high, t->ceiling);
-    }
+    pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
+    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
+    if (source.low < 0.0) b->low = -HUGE_VAL;
+    if (absorb.high > 0.0) b->low = fmin(b->low, 0.0);
+    if (source.high > 0.0) b->high = fmax(b->high, t->ceiling);
     for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
     if (t->diffusion.wall_rate) {
         b->low = fmin(b->low, t->diffusion.held_least);
@@ -25044,7 +25171,7 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(pd_transport *t)
 {
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
@@ -25052,7 +25179,7 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -25164,7 +25291,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (status < 0) break;
         double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
         double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
-        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
+        if (pdi_transport_measure(t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
@@ -25205,7 +25332,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
                                        pd_transport_result *result)
 {
     double moved = 0.0;
-    if (!pdi_transport_start(ctx, t)) {
+    if (!pdi_transport_start(t)) {
         /* with the residual of the stage */
         pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
                                                 : pdi_transport_close(ctx, t, 1, atol, result, &moved);
@@ -25247,7 +25374,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
-    pdi_transport_boundary(t);
+    pdi_transport_boundary(ctx, t);
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
@@ -25298,11 +25425,10 @@ PDI_FN void pdi_transport_open(pd_transport *t)
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_INLET) continue;
-        t->passed[0] = fmin(t->passed[0], t->c[i]);
-        t->passed[1] = fmax(t->passed[1], t->c[i]);
-    }
+    pdi_bounds of = {t->passed[0], t->passed[1]};
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->passed[0] = of.low;
+    t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
     t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
     t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
@@ -25396,7 +25522,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
     if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
-    pdi_inverse_list(owner, &transport->inverse);
+    if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
 static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
@@ -25493,7 +25619,7 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
-        pdi_multigrid_open(&t->inverse.mg);
+        if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
     return PD_OK;
@@ -25503,8 +25629,10 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
 {
     if (--t->held) return status;
     t->inverse.fresh = 0;
-    pdi_multigrid_close(&t->inverse.mg);
-    return pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    t->lean = 0;
+    return status;
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -25593,7 +25721,7 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
-#pragma GCC optimize ("O1")
+#pragma GCC optimize ("no-gcse-after-reload", "no-schedule-insns2", "no-split-paths")
 #endif
 
 /* ======== >>transport/explicit.c ======== */
@@ -25623,29 +25751,81 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
-/* A step within the limit, with all that is lent for it. */
-static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
+/* 1: a step of dt is within the limit that the stored fluxes of the bonds give. They are those of the step, and differ
+ * from what single bonds are asked for by rounding. */
+static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
+    pdi_par_zero(ctx, t->grid->total, t->rhs);
+    pdi_flux_rates(ctx, &t->flux, room, t->rhs);
+    return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
+}
+
+/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
+ * thread. */
+static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
+    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
+    const double *held = t->diffusion.wall_source;
+    double *PD_RESTRICT c = t->c;
+    if (!held) {
+        PDI_FOR
+        for (int32_t i = 0; i < t->grid->total; i++) {
+            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            c[i] = kind[i] == PD_FLUID ? next : c[i];
+        }
+        return;
+    }
+    PDI_FOR
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+}
+
+static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
+    if (nt == 1) pdi_explicit_share(t, dt);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_explicit_share(t, dt);
+    }
+}
+
+/* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
+static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
+{
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (!pdi_explicit_within(ctx, t, dt)) {
+        double limit = pd_transport_limit(ctx, t);
+        if (dt > limit * (1.0 + 1e-12)) {
+            pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+            return PD_RETRY;
+        }
+    }
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_boundary(t);
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (kind[i] == PD_FLUID) {
-                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
-                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            }
+        pdi_transport_boundary(ctx, t);
+        pdi_explicit_move(ctx, t, dt);
     } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
+}
+
+/* All but the solver is lent, unless it is already. */
+static pd_status pdi_explicit_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) t->lean = 1;
+    pd_status status = pdi_transport_hold(ctx, t);
+    if (!t->held) t->lean = 0;
+    return status;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -25653,12 +25833,7 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
-    PDI_TRY(pdi_transport_hold(ctx, t));
+    PDI_TRY(pdi_explicit_hold(ctx, t));
     return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }
 #ifdef PDI_COLD
@@ -25757,7 +25932,7 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
     double volume = t->bonds->stencil->volume;
     pdi_settle_residual(ctx, t);
-    pdi_transport_boundary(t);
+    pdi_transport_boundary(ctx, t);
     for (int32_t i = 0; i < t->grid->total; i++) {
         double around = t->grid->kind[i] == PD_FLUID ? pdi_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;

@@ -1,6 +1,7 @@
 /* par: see par.h */
 #include "core/par.h"
 #include <math.h>
+#include <string.h>
 #include <time.h>
 #ifdef _OPENMP
 #include <omp.h>
@@ -155,6 +156,7 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     double partial[PDI_PAR_BATCH], largest = 0.0;
     int nt = pdi_par_threads(ctx, n);
     (void)nt;
+    if (nt == 1) return pdi_par_block_max(x, n);
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
@@ -170,10 +172,14 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     return largest;
 }
 
+/* A fork of one thread costs microseconds: the loops below have none around them then. */
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
 }
@@ -181,7 +187,10 @@ PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memmove(y, x, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = x[i];
 }
@@ -189,7 +198,10 @@ PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *
 PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    (void)nt;
+    if (nt == 1) {
+        if (n > 0) memset(y, 0, (size_t)n * sizeof *y);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < n; i++) y[i] = 0.0;
 }

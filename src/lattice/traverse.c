@@ -11,23 +11,29 @@ static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most
     }
 }
 
+/* The share of one thread; all where there is no fork around it. */
+static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn run, const void *user)
+{
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->whole.count; s++)
+        pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+    PDI_FOR
+    for (int32_t s = 0; s < bonds->cut.count; s++)
+        pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+                            user);
+    PDI_FOR
+    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+}
+
 PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
                                const void *user)
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    (void)nt;
-    PDI_PARALLEL(nt)
-    {
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->whole.count; s++)
-            pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
-        PDI_FOR
-        for (int32_t s = 0; s < bonds->cut.count; s++)
-            pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
-                                user);
-        PDI_FOR
-        for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    if (nt == 1) pdi_traverse_share(bonds, most, run, user); /* a fork of one thread costs microseconds */
+    else {
+        PDI_PARALLEL(nt)
+        pdi_traverse_share(bonds, most, run, user);
     }
     pdi_par_end(ctx, &timing);
 }
@@ -63,6 +69,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
     w.block = block;
     w.user = user;
     pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
+    if (!boundary->count) return;
     int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
     (void)nt;
     PDI_PARALLEL_FOR(nt)

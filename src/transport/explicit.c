@@ -26,29 +26,81 @@ double pd_transport_limit(pd_ctx *ctx, const pd_transport *t)
     return fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
 }
 
-/* A step within the limit, with all that is lent for it. */
-static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
+/* 1: a step of dt is within the limit that the stored fluxes of the bonds give. They are those of the step, and differ
+ * from what single bonds are asked for by rounding. */
+static int pdi_explicit_within(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    double room = t->desc.advection == PD_ADVECTION_LIMITED ? 2.0 : 1.0;
+    pdi_par_zero(ctx, t->grid->total, t->rhs);
+    pdi_flux_rates(ctx, &t->flux, room, t->rhs);
+    return dt * pdi_par_max_abs(ctx, t->grid->total, t->rhs) <= 1.0;
+}
+
+/* c = start + dt (what comes in less what leaves) + what the last solve left undone, at fluid nodes; the share of one
+ * thread. */
+static void pdi_explicit_share(const pd_transport *t, double dt)
 {
     const uint8_t *kind = t->grid->kind;
+    const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->rhs, *carry = t->carry;
+    const double *held = t->diffusion.wall_source;
+    double *PD_RESTRICT c = t->c;
+    if (!held) {
+        PDI_FOR
+        for (int32_t i = 0; i < t->grid->total; i++) {
+            double next = old[i] + dt * (source[i] + anti[i] - net[i]) + carry[i];
+            c[i] = kind[i] == PD_FLUID ? next : c[i];
+        }
+        return;
+    }
+    PDI_FOR
+    for (int32_t i = 0; i < t->grid->total; i++)
+        if (kind[i] == PD_FLUID) c[i] = old[i] + dt * (source[i] + held[i] + anti[i] - net[i]) + carry[i];
+}
+
+static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
+    if (nt == 1) pdi_explicit_share(t, dt);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_explicit_share(t, dt);
+    }
+}
+
+/* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */
+static pd_status pdi_explicit_step(pd_ctx *ctx, pd_transport *t, double dt)
+{
     PDI_TRY(pdi_flux_refresh(ctx, &t->flux));
+    if (!pdi_explicit_within(ctx, t, dt)) {
+        double limit = pd_transport_limit(ctx, t);
+        if (dt > limit * (1.0 + 1e-12)) {
+            pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
+            return PD_RETRY;
+        }
+    }
     if (t->rest) pdi_par_zero(ctx, t->grid->total, t->rest);
     t->dt = 0.0;
     pdi_par_copy(ctx, t->grid->total, t->c, t->old);
     pdi_transport_open(t);
-    int limited = pdi_transport_start(ctx, t), rounds = PDI_TRANSPORT_ROUNDS;
+    int limited = pdi_transport_start(t), rounds = PDI_TRANSPORT_ROUNDS;
     pdi_transport_operator(ctx, t, t->old, t->rhs);
     do {
         pdi_par_copy(ctx, t->grid->total, t->old, t->c);
         if (limited) pdi_transport_anti(ctx, t, t->c, t->anti);
-        pdi_transport_boundary(t);
-        for (int32_t i = 0; i < t->grid->total; i++)
-            if (kind[i] == PD_FLUID) {
-                double held = t->diffusion.wall_source ? t->diffusion.wall_source[i] : 0.0;
-                t->c[i] = t->old[i] + dt * (t->source[i] + held + t->anti[i] - t->rhs[i]) + t->carry[i];
-            }
+        pdi_transport_boundary(ctx, t);
+        pdi_explicit_move(ctx, t, dt);
     } while (limited && --rounds > 0 && pdi_transport_mark(t, 1e-15) > 0);
     pdi_par_zero(ctx, t->grid->total, t->carry);
     return PD_OK;
+}
+
+/* All but the solver is lent, unless it is already. */
+static pd_status pdi_explicit_hold(pd_ctx *ctx, pd_transport *t)
+{
+    if (!t->held) t->lean = 1;
+    pd_status status = pdi_transport_hold(ctx, t);
+    if (!t->held) t->lean = 0;
+    return status;
 }
 
 pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
@@ -56,11 +108,6 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
     if (!(dt > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_transport_solves(ctx, t));
-    double limit = pd_transport_limit(ctx, t);
-    if (dt > limit * (1.0 + 1e-12)) {
-        pdi_fail(ctx, PD_RETRY, "transport", "the explicit step of %g s exceeds the limit of %g s", dt, limit);
-        return PD_RETRY;
-    }
-    PDI_TRY(pdi_transport_hold(ctx, t));
+    PDI_TRY(pdi_explicit_hold(ctx, t));
     return pdi_transport_release(ctx, t, pdi_explicit_step(ctx, t, dt));
 }

@@ -92,20 +92,28 @@ static void pdi_flux_ratio(pd_flux *t)
 
 /* F of a bond is g.(w_i + w_j) - a (q_j - q_i), less what the pressure gradients leave in uneven lattices: w and q hold
  * advecting, pressure, its gradient and the potential of the flow (eq. 4.4, 4.10b). */
-static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
     double *q = t->stream + PD_DIM * total;
-    int nt = pdi_par_threads(ctx, total * PD_DIM);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
             t->stream[at] = f->advecting[at] + 0.5 * f->stabilisation * t->ratio[d] * f->grad[at];
         }
         q[i] = f->stabilisation * f->p[i] + (f->potential ? f->potential[i] : 0.0);
+    }
+}
+
+static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
+    if (nt == 1) pdi_flux_stream_share(t);
+    else {
+        PDI_PARALLEL(nt)
+        pdi_flux_stream_share(t);
     }
 }
 
@@ -160,10 +168,15 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
 {
     const pd_bonds *bonds = t->bonds;
     int32_t shift = bonds->paths.shift[k];
-    int own = k < bonds->stencil->count / 2, ghosts = 0;
+    int own = k < bonds->stencil->count / 2;
+    uint8_t ghosts = 0;
     double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
     pdi_bond_gate gate = {NULL, 0, 0, 0};
-    for (int b = 0; b < count && !own; b++) ghosts += bonds->grid->kind[i + b + shift] != PD_FLUID;
+    if (own && row < 0 && !t->boundary->count) {
+        pdi_flux_volume(t, i, k, count, slot);
+        return;
+    }
+    for (int b = 0; b < count && !own; b++) ghosts |= bonds->grid->kind[i + b + shift] ^ PD_FLUID;
     if (!own && !ghosts) return;
     pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);
@@ -227,6 +240,7 @@ typedef struct pdi_flux_sweep {
     const pd_flux *t;
     const double *c;
     const double *x, *factor_by, *slope_by; /* direction of a derivative, and those of the limiter along it */
+    double room; /* [-] for what upwinding adds, of rates */
     double *y;
 } pdi_flux_sweep;
 
@@ -324,6 +338,60 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     if (place >= 0) pdi_flux_apply_block(s, i, row, place, 1);
     else if (count == PDI_BLOCK) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
     else pdi_flux_apply_block(s, i, row, -1, count);
+}
+
+/* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
+static inline double pdi_flux_rate(double flux, double least, double room)
+{
+    return least + room * (pdi_flux_upwind(0.5 * flux, least) - least) - 0.5 * flux;
+}
+
+/* Outlets take what leaves and give nothing. Bonds that are closed stand for themselves, too, and carry zero. */
+static inline double pdi_flux_rate_of(double flux, double least, double room, int itself)
+{
+    return itself ? (flux > 0.0 ? flux : 0.0) : pdi_flux_rate(flux, least, room);
+}
+
+PDI_INLINE void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pd_flux *t = s->t;
+    const double *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
+    double sum[PDI_BLOCK], room = s->room, *PD_RESTRICT y = s->y + i;
+    for (int b = 0; b < count; b++) sum[b] = absorb[b] + (hold ? hold[i + b] : 0.0);
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double turn = p.turn;
+        int last = place >= 0 && !p.next, first = place >= 0 && !p.before;
+        for (int b = 0; b < count; b++)
+            sum[b] += pdi_flux_rate_of(flux[b], ahead[b], room, last) +
+                      pdi_flux_rate_of(turn * back[b], behind[b], room, first);
+    }
+    for (int b = 0; b < count; b++) y[b] = sum[b];
+}
+
+/* Fluid at rest with one diffusivity. */
+static void pdi_flux_rates_rest(const pdi_flux_sweep *s, int32_t i, int32_t row, int count)
+{
+    const pd_flux *t = s->t;
+    const pd_stencil *stencil = t->bonds->stencil;
+    const double *hold = t->diffusion->wall_rate;
+    for (int b = 0; b < count; b++) {
+        double sum = t->diffusion->desc.diffusivity * stencil->lap_sum;
+        for (int k = 0; k < stencil->count && row >= 0; k++)
+            sum = (k ? sum : 0.0) + pdi_conductance_value(&t->conductance, row + b, k);
+        s->y[i + b] = t->absorb[i + b] + (hold ? hold[i + b] : 0.0) + sum;
+    }
+}
+
+static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
+    if (s->t->conductance.rests) pdi_flux_rates_rest(s, i, row, count);
+    else if (place >= 0) pdi_flux_rates_block(s, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_rates_block(s, i, row, -1, count);
 }
 
 /* What the antidiffusive flux of a bond is made of: its step of the field, its bend m, and alpha of the upwind end. */
@@ -443,6 +511,15 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
+}
+
+PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y)
+{
+    pdi_flux_sweep s;
+    s.t = t;
+    s.room = room;
+    s.y = y;
+    pdi_flux_sweep_all(ctx, &s, pdi_flux_rates_nodes);
 }
 
 /* The value of node i that balances it. */

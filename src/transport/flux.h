@@ -46,6 +46,8 @@ PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t);
 /* y [total] [mol/m3/s] = rate c + absorb c + what leaves each fluid node through its bonds and into held walls,
  * upwinded (eq. 5.1); c [total] with its images and inlets, and unless `exact` 0 in metal and walls at rest. */
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y);
+/* y [total] [1/s]: the rate at which each fluid node exchanges its content, with `room` times the part of upwinding. */
+PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y);
 /* A sweep of Gauss and Seidel over c [total] for A c = b with the operator above, forwards or (back = 1) backwards: one
  * thread. Inlets count as zero: b and c are a residual and a correction. */
 PDI_FN void pdi_flux_relax(const pd_flux *t, const double *b, int back, double *c);

@@ -84,7 +84,7 @@ static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
     pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
     double volume = t->bonds->stencil->volume;
     pdi_settle_residual(ctx, t);
-    pdi_transport_boundary(t);
+    pdi_transport_boundary(ctx, t);
     for (int32_t i = 0; i < t->grid->total; i++) {
         double around = t->grid->kind[i] == PD_FLUID ? pdi_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;

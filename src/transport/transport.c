@@ -35,14 +35,19 @@
 static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
 {
     const uint8_t *kind = t->grid->kind;
-    int rests = t->flux.conductance.rests, nt = pdi_par_threads(ctx, t->grid->total);
-    double sum = rests ? pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c) : 0.0;
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (!t->flux.conductance.rests) {
+        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
+        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+        return;
+    }
+    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
     double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
-        t->repeated[i] = rests && none ? 0.0 : c[i] - mean;
+        t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -159,18 +164,14 @@ PDI_FN void pdi_transport_residual(const pd_ctx *ctx, const pd_transport *t, dou
     for (int32_t i = 0; i < t->grid->total; i++) out[i] = kind[i] == PD_FLUID ? t->rhs[i] - out[i] : 0.0;
 }
 
-/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. Solid nodes have values,
- * too. */
-static int pdi_transport_measure(const pd_ctx *ctx, pd_transport *t)
+/* The size of the field grows to that of now, as far as its bounds allow: 1 when it has grown. */
+static int pdi_transport_measure(pd_transport *t)
 {
-    const uint8_t *kind = t->grid->kind;
-    double *size = t->probe, had = t->size;
-    int nt = pdi_par_threads(ctx, t->grid->total * 2);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < t->grid->total; i++)
-        size[i] = kind[i] == PD_FLUID || kind[i] == PD_INLET ? t->c[i] : 0.0;
-    t->size = fmax(had, fmin(pdi_par_max_abs(ctx, t->grid->total, size), t->most));
+    double had = t->size;
+    pdi_bounds of = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->c, &of);
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->size = fmax(had, fmin(fmax(of.high, -of.low), t->most));
     return t->size > had;
 }
 
@@ -204,7 +205,7 @@ static pd_status pdi_transport_solve(pd_ctx *ctx, pd_transport *t, int known, do
     result->residual = linear.residual;
     pdi_par_axpy(ctx, t->grid->total, 1.0, delta, t->c); /* zero but at fluid nodes */
     *moved = pdi_par_max_abs(ctx, t->grid->total, delta);
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return status;
 }
 
@@ -243,7 +244,7 @@ static pd_status pdi_transport_correct(pd_ctx *ctx, pd_transport *t, int known, 
 }
 
 /* Flow through inlet and outlet bonds, and from and to held walls, at the present field. */
-PDI_FN void pdi_transport_boundary(pd_transport *t)
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *t)
 {
     pdi_sum out = {0.0, 0.0}, in = {0.0, 0.0};
     const pd_grid *grid = t->grid;
@@ -265,8 +266,7 @@ PDI_FN void pdi_transport_boundary(pd_transport *t)
         }
     }
     /* between nodes antidiffusive fluxes cancel: their sum came through the inlets */
-    for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_FLUID) pdi_sum_add(&in, t->anti[i] * pdi_grid_circumference(grid, i));
+    pdi_sum_add(&in, pdi_grid_sum(ctx, grid, PD_FLUID, NULL, 0, t->anti));
     t->outflow = pdi_sum_total(&out) * t->bonds->stencil->volume;
     t->inflow = pdi_sum_total(&in) * t->bonds->stencil->volume;
 }
@@ -276,14 +276,14 @@ static void pdi_transport_bounds(const pd_transport *t, const double *start, dou
 {
     b->low = t->passed[0];
     b->high = fmax(t->passed[1], 0.0);
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        uint8_t kind = t->grid->kind[i];
-        if (kind != PD_FLUID && kind != PD_INLET) continue;
-        pdi_bounds_take(kind == PD_FLUID ? start[i] : t->c[i], b);
-        if (kind == PD_FLUID && t->source[i] < 0.0) b->low = -HUGE_VAL;
-        if (kind == PD_FLUID && t->absorb[i] > 0.0) b->low = fmin(b->low, 0.0);
-        if (kind == PD_FLUID && t->source[i] > 0.0) b->high = fmax(b->high, t->ceiling);
-    }
+    pdi_bounds source = {0.0, 0.0}, absorb = {0.0, 0.0};
+    pdi_bounds_take_all(t->grid, PD_FLUID, start, b);
+    if (pdi_boundary_any(t->grid)) pdi_bounds_take_all(t->grid, PD_INLET, t->c, b);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->source, &source);
+    pdi_bounds_take_all(t->grid, PD_FLUID, t->absorb, &absorb);
+    if (source.low < 0.0) b->low = -HUGE_VAL;
+    if (absorb.high > 0.0) b->low = fmin(b->low, 0.0);
+    if (source.high > 0.0) b->high = fmax(b->high, t->ceiling);
     for (int32_t k = 0; k < t->pinned_count; k++) pdi_bounds_take(t->c[t->pinned[k]], b);
     if (t->diffusion.wall_rate) {
         b->low = fmin(b->low, t->diffusion.held_least);
@@ -304,7 +304,7 @@ PDI_FN int64_t pdi_transport_mark(pd_transport *t, double slack)
 }
 
 /* Begin a step: no node is upwinded, and the size of the field is that of now. Returns 1 when fluxes are limited. */
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
+PDI_FN int pdi_transport_start(pd_transport *t)
 {
     pdi_bounds bounds;
     memset(t->upwinded, 0, (size_t)t->grid->total);
@@ -312,7 +312,7 @@ PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *t)
     t->size = t->diffusion.wall_rate ? fmax(t->diffusion.held_most, 0.0) : 0.0;
     pdi_transport_bounds(t, t->old, 0.0, &bounds);
     t->most = fmax(fabs(bounds.low), fabs(bounds.high));
-    pdi_transport_measure(ctx, t);
+    pdi_transport_measure(t);
     return t->flow && t->desc.advection == PD_ADVECTION_LIMITED;
 }
 
@@ -424,7 +424,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (status < 0) break;
         double before = norm, moved = pdi_par_max_abs(ctx, t->grid->total, t->work + t->grid->total);
         double share = pdi_transport_shorten(ctx, t, &norm), left = norm / before;
-        if (pdi_transport_measure(ctx, t)) norm = pdi_transport_evaluate(ctx, t);
+        if (pdi_transport_measure(t)) norm = pdi_transport_evaluate(ctx, t);
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
@@ -465,7 +465,7 @@ static pd_status pdi_transport_iterate(pd_ctx *ctx, pd_transport *t, double atol
                                        pd_transport_result *result)
 {
     double moved = 0.0;
-    if (!pdi_transport_start(ctx, t)) {
+    if (!pdi_transport_start(t)) {
         /* with the residual of the stage */
         pd_status status = t->rough || !bounded ? pdi_transport_correct(ctx, t, 1, atol, result, &moved)
                                                 : pdi_transport_close(ctx, t, 1, atol, result, &moved);
@@ -507,7 +507,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
     if (status < 0) return status;
     result->residual = size > 0.0 ? result->residual / size : 0.0;
-    pdi_transport_boundary(t);
+    pdi_transport_boundary(ctx, t);
     return result->residual <= 10.0 * t->desc.tolerance ? PD_OK : status;
 }
 
@@ -558,11 +558,10 @@ PDI_FN void pdi_transport_open(pd_transport *t)
 /* What is held and enters now goes into the bounds of the step. */
 static void pdi_transport_pass(pd_transport *t)
 {
-    for (int32_t i = 0; i < t->grid->total; i++) {
-        if (t->grid->kind[i] != PD_INLET) continue;
-        t->passed[0] = fmin(t->passed[0], t->c[i]);
-        t->passed[1] = fmax(t->passed[1], t->c[i]);
-    }
+    pdi_bounds of = {t->passed[0], t->passed[1]};
+    pdi_bounds_take_all(t->grid, PD_INLET, t->c, &of);
+    t->passed[0] = of.low;
+    t->passed[1] = of.high;
     if (!t->diffusion.wall_rate) return;
     t->passed[0] = fmin(t->passed[0], t->diffusion.held_least);
     t->passed[1] = fmax(t->passed[1], t->diffusion.held_most);
@@ -656,7 +655,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->flow) PDI_ARRAY(owner, transport, anti, total, "mol/m3/s");
     if (transport->flow) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
-    pdi_inverse_list(owner, &transport->inverse);
+    if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
 static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
@@ -753,7 +752,7 @@ PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
-        pdi_multigrid_open(&t->inverse.mg);
+        if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
     }
     t->held++;
     return PD_OK;
@@ -763,8 +762,10 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
 {
     if (--t->held) return status;
     t->inverse.fresh = 0;
-    pdi_multigrid_close(&t->inverse.mg);
-    return pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    t->lean = 0;
+    return status;
 }
 
 pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,

@@ -50,6 +50,7 @@ typedef struct pd_transport {
     pd_arena own;           /* without one from the desc */
     int held;               /* steps, one within the other, for which is lent what has `lent` below, here and in the
                              * parts */
+    int lean;               /* 1: the outermost of them solves nothing, and no solver is lent */
     double *c;              /* [total] [mol/m3]; solid nodes: what is left of the solid */
     double *old;            /* [total] [mol/m3] start of the step; lent */
     double *source;         /* [total] [mol/m3/s] given by the caller before a step */
@@ -145,7 +146,7 @@ PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *transport, doubl
 /* PD_ERR_ARGUMENT: the field is given. Begin a step with no node upwinded, 1: fluxes are limited. y [total] [mol/m3/s]:
  * net outflow of nodes. Upwind the nodes that leave their bounds by more than a share `slack`: how many are new. */
 PDI_FN pd_status pdi_transport_solves(pd_ctx *ctx, const pd_transport *transport);
-PDI_FN int pdi_transport_start(const pd_ctx *ctx, pd_transport *transport);
+PDI_FN int pdi_transport_start(pd_transport *transport);
 PDI_FN void pdi_transport_operator(const pd_ctx *ctx, const pd_transport *transport, const double *c, double *y);
 PDI_FN int64_t pdi_transport_mark(pd_transport *transport, double slack);
 /* The bounds of a step begin with what is held and enters at its start. */
@@ -155,7 +156,7 @@ PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *transport, pd_ar
 /* For the steady field. Limited antidiffusive fluxes of the present field into t->anti (0: none are limited); outflow
  * and inflow of it. */
 PDI_FN int pdi_transport_fresh(pd_ctx *ctx, pd_transport *transport);
-PDI_FN void pdi_transport_boundary(pd_transport *transport);
+PDI_FN void pdi_transport_boundary(const pd_ctx *ctx, pd_transport *transport);
 /* Correction [total] [mol/m3] for the residual in t->work, to a share of it, with the operator of the last stage. It
  * stands behind the residual. */
 PDI_FN pd_status pdi_transport_refine(pd_ctx *ctx, pd_transport *transport, double share, pd_transport_result *result);
