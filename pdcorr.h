@@ -3872,6 +3872,9 @@ PDI_FN int pdi_rim_meets(const double *xi, double size, double radius);
  * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
+ *
+ * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
+ * image moves as its point does. A family is sorted by images first, and all families are stored.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -3897,6 +3900,7 @@ typedef struct pd_body_desc {
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
     pd_rim rim;             /* of a lattice */
+    double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
 } pd_body_desc;
 
 typedef struct pd_body {
@@ -3904,6 +3908,7 @@ typedef struct pd_body {
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_rim rim;
+    double period[PD_DIM]; /* [m] */
     int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
     double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
     double *position;  /* [count][PD_DIM] [m] */
@@ -3916,6 +3921,7 @@ typedef struct pd_body {
     int64_t places;    /* entries of the table */
     int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
     int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    int8_t *image;     /* [bonds] of a period: by how many the image at the other end is off its point */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
 
@@ -3924,6 +3930,7 @@ typedef struct pd_walk {
     const int32_t *at;     /* entry of the point in member */
     const int32_t *shift;  /* of the body */
     const uint8_t *broken; /* bits of the family */
+    const int8_t *image;   /* of its bonds; NULL without a period */
     int64_t first;         /* number of its first bond */
     int32_t bonds;         /* how many it has */
     int32_t n;             /* the bond that the walk is at: bond n of the family */
@@ -3936,14 +3943,16 @@ typedef struct pd_walk {
 #define pd_body_family PD_NAME(pd_body_family)
 #define pd_body_break PD_NAME(pd_body_break)
 
-/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
- * PD_ERR_GEOMETRY: two points at one place (the message names both). */
+/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive,
+ * a period within which the points do not lie, or of less than a hundredth of the horizon. PD_ERR_GEOMETRY: two points
+ * at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
 /* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
- * [row[i + 1] - row[i]], or NULL. Returns how many there are. */
+ * [row[i + 1] - row[i]], or NULL. A point stands there once for each of its images. Returns how many there are. */
 PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
-/* Break the bond of two points, at both ends. 1: it was intact; 0: it was broken, or there is none. */
+/* Break the bond of two points, at both ends; bonds of their images stay. 1: it was intact; 0: it was broken, or there
+ * is none. */
 PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
@@ -3951,6 +3960,8 @@ PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
+/* 1: the points of the body repeat. */
+static inline int pdi_body_repeats(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* A walk that stands before the first bond of point i:
  *
  *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
@@ -3963,6 +3974,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
     f.shift = body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
+    f.image = pdi_body_repeats(body) ? body->image + f.first : NULL;
     f.n = f.kind = f.to = -1;
     return f;
 }
@@ -3979,12 +3991,22 @@ static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; 
 /* 1: it is broken. */
 static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
 
+/* By how many the image at its other end is off its point. */
+static inline int pdi_walk_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
+
 /* Point j less point i [m]. */
 static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+/* The other end of a bond of point i less that point [m]. */
+static inline void pdi_walk_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
+{
+    pdi_body_bond(body, i, f->to, xi);
+    if (!f->image) return;
+    for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->n] * body->period[d];
 }
 /* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
  * which has the digits of the displacements. */
@@ -4006,7 +4028,11 @@ PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
 /* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
 PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
-/* Which bond of point j leads to point i; -1: none. */
+/* Which bond of the point at the other end of a bond of point i is the same bond. */
+PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f);
+/* Break a bond of point i, at both ends. 1: it was intact. */
+PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f);
+/* Which bond of point j leads to point i, not to an image of it; -1: none. */
 PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond is broken. */
 PDI_FN int pdi_body_whole(const pd_body *body);
@@ -4448,6 +4474,7 @@ PDI_FN double pdi_plastic_dissipated(const pd_plastic *plastic, int64_t i);
 /* A bond that points of a band have. */
 typedef struct pd_band_bond {
     int32_t offset; /* the point at the other end less the point */
+    int32_t image;  /* by how many the image there is off its point; 0 without a period */
     float weight;   /* [-] w */
     uint32_t lanes; /* bit n: point n of the band has the bond */
 } pd_band_bond;
@@ -5089,8 +5116,8 @@ typedef struct pd_microelastic {
 #define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
-/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus or
- * a choice out of range, no spacing. */
+/* The body is borrowed; it has a spacing, whose lattice the constants are for, and no period. PD_ERR_ARGUMENT: a
+ * modulus or a choice out of range, no spacing, a period. */
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical
@@ -5250,17 +5277,19 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *ordinary);
  * What sums over a lattice give (criterion, eq. 8.29) is what bonds hold that a crack cuts. Families that take their
  * strain from many bonds hand on what a bond carried, so a crack of such a material needs more. How much follows from
  * a crack in a strip of the same lattice, whose edges are moved apart: J is the same wherever its tip is (Rice 1968).
- * Bond after bond breaks until the tip has gone on by some cells, and the largest J on the way is what the crack needs.
- * Forces are linear, so that J over the critical energy does not depend on either (theory: 8.9).
+ * Bonds break until the tip has gone on by some cells, and the largest J on the way is what the crack needs. Forces are
+ * linear, so that J over the critical energy does not depend on either. In 3D the strip repeats along the front of the
+ * crack after two layers of points, and is in plane strain. From period to period the front is a cell ahead: a straight
+ * front has no step at which a bond is near to breaking, and needs more than those of any body (theory: 8.9).
  */
 #ifndef PD_TOUGHNESS_H
 #define PD_TOUGHNESS_H
 
 #ifdef PDI_INTERNAL
-#if PD_DIM == 2
+#if PD_DIM > 1
 /* critical [J/m^(2d)]: energy of bonds (PD_CRITERION_ENERGY) of a body on a lattice, whose cracks along the axes run at
- * `fracture` [J/m2]; parts of E are left out. Errors: PD_ERR_GEOMETRY: no lattice; those of the material and of the
- * equilibrium. */
+ * `fracture` [J/m2]; parts of E are left out. Errors: PD_ERR_GEOMETRY: no lattice; PD_ERR_ARGUMENT:
+ * in 3D a horizon that is not 1.5 to 3 spacings; those of the material and of the equilibrium. */
 PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, double fracture,
                                     double *critical);
 #endif
@@ -6395,7 +6424,7 @@ typedef struct pd_structure {
     double *pressure, *mises; /* [count] [Pa] of that */
     double *slip;            /* [count] [-] equivalent plastic strain, of metal that flows */
     double *across;          /* [count] [Pa] stress normal to the plane of 2D */
-    double *density;         /* [count] [J/m3] energy that is stored */
+    double *density;         /* [count] [J/m3] energy that is stored, as the field was asked for last */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
     int64_t seen;            /* solves that stress is known for */
 } pd_structure;
@@ -8658,8 +8687,9 @@ PDI_FN const char *pdi_sample_label(pd_field field);
 /* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
-/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
-PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Fill the ghosts of the concentration, and of `fields` (bit k: pd_field k) what is known on demand alone; before
+ * pdi_sample_point, and pdi_sample_node of such a field, are called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields);
 /* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
  * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
  * fluid cells that x touches. A place on or before a smooth surface in a closed cell is taken from the nearest fluid
@@ -26461,6 +26491,8 @@ PDI_FN double pdi_rim_part(const double *xi, double size, double r)
 
 /* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
 #define PDI_BODY_ROUNDING 1e-9
+/* Least period, over the horizon and a cell: images are counted in a byte. */
+#define PDI_BODY_PERIOD 0.01
 /* Parts of cells are kept for horizons of fewer spacings. */
 #define PDI_BODY_KEPT 30
 
@@ -26506,6 +26538,7 @@ PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, member, body->places, "1");
     PDI_ARRAY(owner, body, shift, body->kinds, "1");
     PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
+    PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
 }
 
 /* Bytes of the bits of all bonds. */
@@ -26536,8 +26569,8 @@ static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *
 {
     int32_t cell = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) {
-        int32_t i = (int32_t)((x[d] - c->lo[d]) / c->width[d]);
-        i = i < c->n[d] ? i : c->n[d] - 1;
+        double at = (x[d] - c->lo[d]) / c->width[d];
+        int32_t i = at < 0.0 ? 0 : at < c->n[d] ? (int32_t)at : c->n[d] - 1;
         if (index) index[d] = i;
         cell = cell * c->n[d] + i;
     }
@@ -26618,13 +26651,14 @@ static int pdi_body_belongs(const pd_body *body, const double *xi, double square
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* The family of point i as ranks, into `to` where that is not NULL; how many. */
-static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
+/* The points whose image is in the family of point i, as ranks, into `to` where that is not NULL; how many. */
+static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
-    double reach = pdi_body_reach(body);
+    double reach = pdi_body_reach(body), seen[PD_DIM];
     int32_t own[PD_DIM], found = 0, around = 1;
-    pdi_body_cell(c, x, own);
+    for (int d = 0; d < PD_DIM; d++) seen[d] = x[d] - image * body->period[d];
+    pdi_body_cell(c, seen, own);
     for (int d = 0; d < PD_DIM; d++) around *= 3;
     for (int32_t k = 0; k < around; k++) {
         int32_t cell = 0, stride = 1, inside = 1;
@@ -26638,10 +26672,10 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
             int32_t j = c->point[p];
             double xi[PD_DIM], square = 0.0;
             for (int d = 0; d < PD_DIM; d++) {
-                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d] + image * body->period[d];
                 square += xi[d] * xi[d];
             }
-            if (j == i || !pdi_body_belongs(body, xi, square, reach)) continue;
+            if ((j == i && !image) || !pdi_body_belongs(body, xi, square, reach)) continue;
             if (to) to[found] = c->rank[j];
             found++;
         }
@@ -26653,6 +26687,27 @@ static int pdi_body_ascend(const void *a, const void *b)
 {
     int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
     return (p > q) - (p < q);
+}
+
+/* Images that bonds may lead to on either side. */
+static int pdi_body_images(const pd_body *body)
+{
+    return pdi_body_repeats(body) ? (int)(pdi_body_reach(body) / body->period[PD_DIM - 1]) + 1 : 0;
+}
+
+/* The family of point i: a part for each image, from the lowest on. */
+static void pdi_body_fill(pd_body *body, const pdi_body_cells *c, int32_t i)
+{
+    int64_t begin = body->row[i];
+    int most = pdi_body_images(body);
+    for (int image = -most; image <= most; image++) {
+        int32_t *family = body->member + begin;
+        size_t length = (size_t)pdi_body_family(body, c, i, image, family);
+        qsort(family, length, sizeof *family, pdi_body_ascend);
+        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
+        for (size_t k = 0; k < length && most; k++) body->image[begin + (int64_t)k] = (int8_t)image;
+        begin += (int64_t)length;
+    }
 }
 
 /* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
@@ -26670,21 +26725,21 @@ static int32_t pdi_body_number(pd_body *body)
 
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
+    int most = pdi_body_images(body);
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
+    for (int32_t i = 0; i < body->count; i++) {
+        body->row[i + 1] = 0;
+        for (int image = -most; image <= most; image++)
+            body->row[i + 1] += pdi_body_family(body, c, i, image, NULL);
+    }
     body->kinds = pdi_body_number(body);
     body->places = body->bonds;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->member + body->row[i];
-        size_t length = (size_t)pdi_body_family(body, c, i, family);
-        qsort(family, length, sizeof *family, pdi_body_ascend);
-        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
-    }
+    for (int32_t i = 0; i < body->count; i++) pdi_body_fill(body, c, i);
     return PD_OK;
 }
 
@@ -26848,7 +26903,7 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_axes axes;
     memset(&axes, 0, sizeof axes);
-    if (!(body->spacing > 0.0) || !pdi_body_box(body, &axes)) return PD_OK;
+    if (!(body->spacing > 0.0) || pdi_body_repeats(body) || !pdi_body_box(body, &axes)) return PD_OK;
     pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
     int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
     if (kinds > 0) {
@@ -26919,11 +26974,19 @@ PDI_FN int pdi_body_whole(const pd_body *body)
     return byte == bytes;
 }
 
-PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+/* Which bond of point j leads to that image of point i; -1: none. */
+static int32_t pdi_body_seek(const pd_body *body, int32_t i, int32_t j, int image)
 {
     for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
-        if (f.to == i) return f.n;
+        if (f.to == i && pdi_walk_image(&f) == image) return f.n;
     return -1;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j) { return pdi_body_seek(body, i, j, 0); }
+
+PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f)
+{
+    return pdi_body_seek(body, i, f->to, -pdi_walk_image(f));
 }
 
 PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
@@ -26942,22 +27005,25 @@ int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *bro
     return f.bonds;
 }
 
+PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f)
+{
+    if (pdi_walk_broken(f)) return 0;
+    pdi_body_mark(body, i, f->n);
+    pdi_body_mark(body, f->to, pdi_walk_back(body, i, f));
+    return 1;
+}
+
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        if (f.to != j) continue;
-        if (pdi_walk_broken(&f)) return 0;
-        pdi_body_mark(body, i, f.n);
-        pdi_body_mark(body, j, pdi_body_back(body, i, j));
-        return 1;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+        if (f.to == j && !pdi_walk_image(&f)) return pdi_walk_break(body, i, &f);
     return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pdi_walk_break(body, i, &f);
     return bonds;
 }
 
@@ -26973,6 +27039,23 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
             piece[count++] = f.to;
         }
     return count;
+}
+
+/* Points lie within a period along the last axis, so that none is at the place of an image. */
+static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
+{
+    double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
+    double length = desc->period[PD_DIM - 1], most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) most = fmax(most, fabs(desc->period[d]));
+    if (!(most > 0.0)) return PD_OK;
+    for (int64_t i = 0; i < desc->count; i++) {
+        lo = fmin(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
+        hi = fmax(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
+    }
+    int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
+    if (apart && length >= least && most < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "points that repeat after %g m along the last axis, expected a finite"
+                    " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
@@ -26993,7 +27076,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
                             "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
                             desc->volume[i]);
     }
-    return PD_OK;
+    return pdi_body_check_period(ctx, desc);
 }
 
 static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
@@ -27002,6 +27085,7 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
+    memcpy(body->period, desc->period, sizeof body->period);
     body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
     if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
         body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
@@ -27038,6 +27122,7 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+#undef PDI_BODY_PERIOD
 #undef PDI_BODY_KEPT
 
 /* ======== >>solid/bond_weights.c ======== */
@@ -27168,7 +27253,7 @@ static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_w
 {
     const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
     double xi[PD_DIM];
-    pdi_body_bond(by->body, i, bond->to, xi);
+    pdi_walk_vector(by->body, i, bond, xi);
     return pdi_body_weight(by->body, by->influence, xi);
 }
 
@@ -27383,14 +27468,31 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
     double own = pdi_cut_height(p, x);
     if (fabs(own) > pdi_cut_reach(body)) return 0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        const double *y = body->position + (int64_t)f.to * PD_DIM;
+        double y[PD_DIM];
         if (pdi_walk_broken(&f)) continue;
+        memcpy(y, body->position + (int64_t)f.to * PD_DIM, sizeof y);
+        for (int d = 0; d < PD_DIM && f.image; d++) y[d] += pdi_walk_image(&f) * body->period[d];
         double other = pdi_cut_height(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
         pdi_body_mark(body, i, f.n);
         found++;
     }
+    return found;
+}
+
+/* Points repeat and a cut need not: what it crosses as one end sees it breaks at the other end, too. How many do. */
+static int64_t pdi_cut_images(pd_body *body)
+{
+    int64_t found = 0;
+    for (int32_t i = 0; i < body->count && pdi_body_repeats(body); i++)
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_walk_broken(&f)) continue;
+            pd_walk back = pdi_walk_from(body, f.to);
+            back.n = pdi_walk_back(body, i, &f);
+            found += !pdi_walk_broken(&back);
+            pdi_body_mark(body, f.to, back.n);
+        }
     return found;
 }
 
@@ -27408,7 +27510,7 @@ static int64_t pdi_cut_bonds(const pd_ctx *ctx, pd_body *body, const pdi_cut_pla
             for (int c = 0; c < count; c++) found[q] += pdi_cut_family(body, &planes[c], (int32_t)i);
     }
     for (int q = 0; q < parts; q++) all += found[q];
-    return all / 2;
+    return (all + pdi_cut_images(body)) / 2;
 }
 
 pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken)
@@ -27549,7 +27651,7 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -27582,7 +27684,7 @@ static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
     const pdi_weigh *o = (const pdi_weigh *)self;
     double xi[PD_DIM];
-    pdi_body_bond(o->body, i, bond->to, xi);
+    pdi_walk_vector(o->body, i, bond, xi);
     double weight = pdi_body_weight(o->body, o->influence, xi);
     weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
     if (!o->part) return weight;
@@ -28527,6 +28629,7 @@ static void pdi_band_place(const pd_band *band)
     const pd_body *body = band->body;
     double far = body->horizon;
     for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    if (pdi_body_repeats(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
     for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {
         pdi_band_field(band, PDI_BAND_VOLUME)[i] = body->volume[i];
@@ -28568,13 +28671,13 @@ typedef struct pdi_band_bonds {
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
-static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
+/* Steps of a bond of point i along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM];
     uint32_t steps = 0;
     if (!band->vectors) return 0;
-    pdi_body_bond(band->body, i, j, xi);
+    pdi_walk_vector(band->body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++)
         steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
     return steps;
@@ -28588,8 +28691,9 @@ static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bo
         float weight = pdi_bond_weights_of(band->weights, i, &f);
         if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].image = pdi_walk_image(&f);
         bonds->bond[bonds->count].weight = weight;
-        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, &f);
     }
 }
 
@@ -28599,7 +28703,7 @@ static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
         const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
-        if (own->offset != other->offset) continue;
+        if (own->offset != other->offset || own->image != other->image) continue;
         if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
@@ -28629,7 +28733,7 @@ static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_
     for (int32_t n = i; n < end; n++) {
         pdi_band_row(band, n, 1, one);
         for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
-            if (one->bond[own].offset != all->bond[k].offset) continue;
+            if (one->bond[own].offset != all->bond[k].offset || one->bond[own].image != all->bond[k].image) continue;
             all->bond[k].lanes |= (uint32_t)1 << (n - i);
             own++;
         }
@@ -28698,14 +28802,23 @@ PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *
 /* 1: point n has the bond. All of them have it where `lanes` has all bits. */
 static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
 
-/* A bond of count points: w, and the fields of both of its ends. Inlined with constants for `lanes` or `count`. */
-PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
-                             uint32_t lanes, int count, pdi_band_sums *PD_RESTRICT sums)
+/* By how much an image is off its point [m]. */
+static void pdi_band_shift(const pd_body *body, int32_t image, double *shift)
+{
+    for (int d = 0; d < PD_DIM; d++) shift[d] = image * body->period[d];
+}
+
+/* A bond of count points: by how much its far end is shifted [m], or NULL, w, and the fields of both of its ends.
+ * Inlined with constants for `shift`, `lanes` or `count`. */
+PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                             const double *shift, double w, uint32_t lanes, int count,
+                             pdi_band_sums *PD_RESTRICT sums)
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], square = 0.0, along = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
             xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            if (shift) xi[d] += shift[d];
             eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
             square += xi[d] * xi[d];
             along += eta[d] * xi[d];
@@ -28730,33 +28843,40 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
+    double shift[PD_DIM];
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
-        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+        pdi_band_shift(band->body, pdi_walk_image(&f), shift);
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, shift, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_BAND_ALL) pdi_band_add(own, far, band->stride, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
-        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, w, lanes, PD_BAND_MOST, sums);
-        else pdi_band_add(own, far, band->stride, w, lanes, whole, sums);
+        if (band->bond[b].image) {
+            pdi_band_shift(band->body, band->bond[b].image, shift);
+            pdi_band_add(own, far, band->stride, shift, w, lanes, whole, sums);
+        } else if (lanes == PDI_BAND_ALL)
+            pdi_band_add(own, far, band->stride, NULL, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
+        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, NULL, w, lanes, PD_BAND_MOST, sums);
+        else pdi_band_add(own, far, band->stride, NULL, w, lanes, whole, sums);
     }
     return count;
 }
 
 /* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
-PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
-                              uint32_t lanes, double lambda, double mu, int flows, int count,
-                              double (*PD_RESTRICT force)[PD_BAND_MOST])
+PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                              const double *shift, double w, uint32_t lanes, double lambda, double mu, int flows,
+                              int count, double (*PD_RESTRICT force)[PD_BAND_MOST])
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
         double share = own[PDI_BAND_SHARE * total + n] + far[PDI_BAND_SHARE * total + n];
         for (int d = 0; d < PD_DIM; d++) {
             xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            if (shift) xi[d] += shift[d];
             eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
             square += xi[d] * xi[d];
             along += share * eta[d] * xi[d];
@@ -28795,20 +28915,25 @@ PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
+    double shift[PD_DIM];
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
-        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+        pdi_band_shift(band->body, pdi_walk_image(&f), shift);
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_BAND_ALL)
-            pdi_band_pull(own, far, total, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
+        if (band->bond[b].image) {
+            pdi_band_shift(band->body, band->bond[b].image, shift);
+            pdi_band_pull(own, far, total, shift, w, lanes, lambda, mu, flows, whole, sum);
+        } else if (lanes == PDI_BAND_ALL)
+            pdi_band_pull(own, far, total, NULL, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
         else if (whole == PD_BAND_MOST)
-            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
         else
-            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, whole, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, whole, sum);
     }
 }
 
@@ -28854,7 +28979,7 @@ static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk
 {
     *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
-    pdi_body_bond(e->body, i, f->to, xi);
+    pdi_walk_vector(e->body, i, f, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
     *weight *= e->body->volume[f->to];
     return 1;
@@ -29574,11 +29699,12 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
-/* The bond from point i to j [m], and by how much its ends move apart [m]. */
-static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int32_t j, double *xi, double *eta)
+/* A bond of point i [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f, double *xi,
+                               double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
-    pdi_body_bond(c->solid.body, i, j, xi);
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
+    pdi_walk_vector(c->solid.body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
@@ -29590,11 +29716,11 @@ static double pdi_criterion_measure(const pd_criterion *c, const double *u, int3
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     if (pdi_walk_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
     if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
-    pdi_criterion_bond(c, u, i, j, xi, eta);
+    pdi_criterion_bond(c, u, i, f, xi, eta);
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
-    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_body_back(body, i, j)];
+    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_walk_back(body, i, f)];
     return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
@@ -29605,7 +29731,7 @@ static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_
     if (!(measure > 0.0)) return 0.0;
     if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
     if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
-    pdi_criterion_bond(c, u, i, f->to, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    pdi_criterion_bond(c, u, i, f, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
     return along > 0.0 ? (along + root) / gap : square / (root - along);
@@ -29631,7 +29757,7 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to > i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
+            if (f.to >= i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
     return most;
@@ -29653,7 +29779,7 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         if (pdi_walk_broken(&f)) continue;
-        pdi_criterion_bond(c, u, i, f.to, xi, eta);
+        pdi_criterion_bond(c, u, i, &f, xi, eta);
         double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
@@ -29679,7 +29805,7 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         if (!pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
@@ -29706,7 +29832,7 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pd_body_break(body, i, f.to);
+            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pdi_walk_break(body, i, &f);
     }
     return broken;
 }
@@ -29723,7 +29849,7 @@ int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, 
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to > i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pd_body_break(body, i, f.to);
+            if (f.to >= i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pdi_walk_break(body, i, &f);
     }
     return broken;
 }
@@ -29737,14 +29863,14 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
     pd_walk f = pdi_walk_from(body, first->from);
-    while (pdi_walk_next(&f) && !(f.to > first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
+    while (pdi_walk_next(&f) && !(f.to >= first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
     first->bond = pdi_walk_bond(&f);
     first->to = f.to;
     first->measure = pdi_criterion_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
+    pdi_walk_vector(body, first->from, &f, first->place);
     for (int d = 0; d < PD_DIM; d++)
-        first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
-                                 body->position[(int64_t)first->to * PD_DIM + d]);
+        first->place[d] = body->position[(int64_t)first->from * PD_DIM + d] + 0.5 * first->place[d];
 }
 
 /* ---- build ---- */
@@ -30477,7 +30603,7 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
         if (pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
@@ -30957,7 +31083,7 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
         int64_t j = f.to;
         double xi[PD_DIM];
         if (pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
@@ -32013,10 +32139,10 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
 {
     memset(m, 0, sizeof *m);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
-        !(body->spacing > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
-                        "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
-                        desc->young, desc->fracture, body->spacing);
+        !(body->spacing > 0.0) || pdi_body_repeats(body))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
+                        "period of %g m: expected positive and finite values, and no period", desc->young,
+                        desc->fracture, body->spacing, body->period[PD_DIM - 1]);
     if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
                         (int)desc->surface, (int)PD_MICROELASTIC_NONE);
@@ -32466,7 +32592,7 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
     bond->share = pdi_bond_weights_intact(&o->weights, i, f);
     if (!(bond->share > 0.0)) return 0;
     bond->weight = bond->share * o->body->volume[f->to];
-    pdi_body_bond(o->body, i, f->to, bond->xi);
+    pdi_walk_vector(o->body, i, f, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -32537,7 +32663,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -32601,7 +32727,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
@@ -33071,58 +33197,73 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 #include <math.h>
 #include <string.h>
 
-/* The strip, in horizons: its height without what is held, the crack in it, and what lies ahead. The result tends to
- * its limit with one over the height, and is 3 % below it here (theory: 8.9). */
+/* Height of the strip without what is held, the crack in it, and what lies ahead, in horizons. In 2D the result tends
+ * to its limit with one over the height, and is 3 % below it here; in 3D it does not depend on it (theory: 8.9). */
 #define PDI_TOUGHNESS_HEIGHT 12
-#define PDI_TOUGHNESS_CRACK 16
-#define PDI_TOUGHNESS_AHEAD 18
+#define PDI_TOUGHNESS_HEIGHT_3D 8
+/* In 3D: layers from one step of the front to the next, of one cell. With more the result is another by 4 % at most. */
+#define PDI_TOUGHNESS_LAYERS 2
+/* In 3D: horizon over the spacing. With less a straight front needs far more than one with steps, and no number is
+ * right for both. With more the strip takes minutes. */
+#define PDI_TOUGHNESS_LEAST 1.5
+#define PDI_TOUGHNESS_MOST 3.0
 /* By so many cells the tip goes on: a period, once the notch that was cut is behind. */
 #define PDI_TOUGHNESS_CELLS 3
-/* Balances are for the bond that breaks first alone. */
-#define PDI_TOUGHNESS_RTOL 1e-6
+/* How many of the bonds break at a time that are beyond the critical energy, as in scenes (quasi_static). */
+#define PDI_TOUGHNESS_EAGER 0.5
+/* Of the balances, and by how much more than the critical energy breaks bonds: rounding. */
+#define PDI_TOUGHNESS_RTOL 1e-5
+#define PDI_TOUGHNESS_BEYOND 1e-9
 
-#if PD_DIM == 2
+#if PD_DIM > 1
 typedef struct pdi_toughness {
     int height, held, crack, length; /* cells */
+    int layers;          /* 3D: after which the points repeat */
     int32_t count;
     pd_body body;        /* with a spacing of 1 */
     pd_elastic elastic;
     pd_solid solid;
-    pd_sequential load;
-    double *place;       /* [count][2] */
+    pd_criterion criterion; /* of the critical energy 1 */
+    double factor;       /* [-] largest strain so far */
+    double *place;       /* [count][PD_DIM] */
     double *volume;      /* [count] */
-    double *moved;       /* [count][2] for the strain 1: of what is held, and at last of all */
-    uint8_t *grip;       /* [count][2] */
+    double *moved;       /* [count][PD_DIM] for the strain 1 */
+    double *strained;    /* [count][PD_DIM] for the strain `factor` */
+    uint8_t *grip;       /* [count][PD_DIM] */
     uint8_t *spared;     /* [count] */
 } pdi_toughness;
 
 static void pdi_toughness_list(pdi_owner *owner, void *object)
 {
     pdi_toughness *toughness = (pdi_toughness *)object;
-    PDI_ARRAY(owner, toughness, place, 2 * (int64_t)toughness->count, "1");
-    PDI_ARRAY(owner, toughness, volume, toughness->count, "1");
-    PDI_ARRAY(owner, toughness, moved, 2 * (int64_t)toughness->count, "1");
-    PDI_ARRAY(owner, toughness, grip, 2 * (int64_t)toughness->count, "1");
-    PDI_ARRAY(owner, toughness, spared, toughness->count, "1");
+    int64_t count = toughness->count;
+    PDI_ARRAY(owner, toughness, place, count * PD_DIM, "1");
+    PDI_ARRAY(owner, toughness, volume, count, "1");
+    PDI_ARRAY(owner, toughness, moved, count * PD_DIM, "1");
+    PDI_ARRAY(owner, toughness, strained, count * PD_DIM, "1");
+    PDI_ARRAY(owner, toughness, grip, count * PD_DIM, "1");
+    PDI_ARRAY(owner, toughness, spared, count, "1");
 }
 
-/* Points of the strip; rows at its edges are held where the strain 1 puts them. */
+/* Points of the strip; rows at its edges are held where the strain 1 puts them, and none moves along the front. */
 static void pdi_toughness_points(pdi_toughness *t)
 {
+    int rows = t->height + 2 * t->held;
     for (int32_t i = 0; i < t->count; i++) {
-        double *x = t->place + 2 * i;
+        double *x = t->place + i * PD_DIM;
         x[0] = i % t->length + 0.5;
-        x[1] = i / t->length + 0.5 - t->held - 0.5 * t->height;
+        x[1] = i / t->length % rows + 0.5 - t->held - 0.5 * t->height;
+        if (PD_DIM == 3) x[PD_DIM - 1] = i / t->length / rows + 0.5;
         t->volume[i] = 1.0;
-        if (fabs(x[1]) < 0.5 * t->height) continue;
-        t->grip[2 * i] = t->grip[2 * i + 1] = t->spared[i] = 1;
-        t->moved[2 * i + 1] = x[1];
+        t->spared[i] = fabs(x[1]) > 0.5 * t->height;
+        for (int d = 0; d < PD_DIM; d++) t->grip[i * PD_DIM + d] = t->spared[i] || d > 1;
+        if (t->spared[i]) t->moved[i * PD_DIM + 1] = x[1];
     }
 }
 
 static pd_status pdi_toughness_strip(pd_ctx *ctx, const pd_body *body, pdi_toughness *t)
 {
-    double corner[4] = {-1.0, 0.0, 0.0, 0.0};
+    double corner[4 * PD_DIM] = {0.0};
     int64_t broken;
     pd_body_desc desc;
     pd_cut cut;
@@ -33134,10 +33275,17 @@ static pd_status pdi_toughness_strip(pd_ctx *ctx, const pd_body *body, pdi_tough
     desc.horizon = body->horizon / body->spacing;
     desc.spacing = 1.0;
     desc.rim = body->rim;
+    if (PD_DIM == 3) { /* the front is a cell ahead from period to period */
+        desc.period[0] = 1.0;
+        desc.period[PD_DIM - 1] = t->layers;
+    }
     PDI_TRY(pd_body_build(ctx, &desc, &t->body));
-    corner[2] = t->crack;
-    cut.corners = 2;
+    cut.corners = PD_DIM == 3 ? 4 : 2;
     cut.corner = corner;
+    for (int k = 0; k < cut.corners; k++) { /* wider than all bonds along the front */
+        corner[k * PD_DIM] = k == 0 || k == 3 ? -1.0 : t->crack;
+        if (PD_DIM == 3) corner[k * PD_DIM + PD_DIM - 1] = k < 2 ? -t->held : t->held + t->layers;
+    }
     return pd_body_cut(ctx, &t->body, &cut, 1, &broken);
 }
 
@@ -33152,49 +33300,63 @@ static pd_status pdi_toughness_material(pd_ctx *ctx, const pd_elastic_desc *elas
     return PD_OK;
 }
 
-/* J of the strain 1, with the bonds that are left. */
-static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *tip, double *j)
+/* Balance at the strain 1 of the bonds that are left. */
+static pd_status pdi_toughness_rest(pd_ctx *ctx, pdi_toughness *t)
 {
     pd_equilibrium_desc rest;
     pd_equilibrium_result result;
-    pd_crack_desc crack;
     memset(&rest, 0, sizeof rest);
-    memset(&crack, 0, sizeof crack);
     rest.held = t->grip;
     rest.rtol = PDI_TOUGHNESS_RTOL;
+    PDI_TRY(t->solid.update(ctx, t->solid.self));
+    return pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->moved, &result);
+}
+
+/* J of the strain 1, with the bonds that are left. */
+static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *tip, double *j)
+{
+    pd_crack_desc crack;
+    memset(&crack, 0, sizeof crack);
     memcpy(crack.tip, tip, sizeof crack.tip);
     crack.way[0] = 1.0;
+    crack.front[PD_DIM - 1] = 1.0;
+    crack.thickness = t->layers;
     crack.inner = 0.25 * t->height;
     crack.outer = 0.5 * t->height - 1.0;
-    PDI_TRY(t->solid.update(ctx, t->solid.self));
-    PDI_TRY(pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->moved, &result));
+    PDI_TRY(pdi_toughness_rest(ctx, t));
     return pd_crack_j(ctx, &t->solid, &crack, t->moved, j);
 }
 
-/* Largest J of the events until the tip has gone on, over the critical energy. It grows with the square of the strain,
- * and does not depend on where the tip is. */
+/* The strain grows where no bond breaks at what it has been, so that the next one does. */
+static pd_status pdi_toughness_break(pd_ctx *ctx, pdi_toughness *t)
+{
+    pd_criterion_bond first;
+    PDI_TRY(pdi_toughness_rest(ctx, t));
+    pd_criterion_first(ctx, &t->criterion, t->moved, &first);
+    t->factor = fmax(t->factor, first.factor * (1.0 + PDI_TOUGHNESS_BEYOND));
+    for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->strained[k] = t->factor * t->moved[k];
+    if (pd_criterion_break(ctx, &t->criterion, t->strained, PDI_TOUGHNESS_EAGER)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
+}
+
+/* Largest J until the tip has gone on, over the critical energy. It grows with the square of the strain, and does not
+ * depend on where the tip is. */
 static pd_status pdi_toughness_run(pd_ctx *ctx, pdi_toughness *t, double *most)
 {
-    static const double way[2] = {1.0, 0.0};
-    double tip[2] = {(double)t->crack, 0.0}, last = t->crack + PDI_TOUGHNESS_CELLS, factor = 0.0, j;
-    pd_sequential_desc desc;
+    static const double way[PD_DIM] = {1.0};
+    double tip[PD_DIM] = {0.0}, j;
+    pd_criterion_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.held = t->grip;
-    desc.moved = t->moved;
-    desc.criterion.kind = PD_CRITERION_ENERGY;
-    desc.criterion.critical = 1.0;
-    desc.criterion.spared = t->spared;
-    desc.rtol = PDI_TOUGHNESS_RTOL;
-    PDI_TRY(pd_sequential_build(ctx, &t->solid, &desc, &t->load));
-    while (tip[0] < last) {
-        PDI_TRY(pd_sequential_next(ctx, &t->load));
-        if (t->load.done)
-            return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
-        factor = fmax(factor, t->load.factor);
+    desc.kind = PD_CRITERION_ENERGY;
+    desc.critical = 1.0;
+    desc.spared = t->spared;
+    PDI_TRY(pd_criterion_build(ctx, &t->solid, &desc, &t->criterion));
+    while (tip[0] < t->crack + PDI_TOUGHNESS_CELLS) {
+        PDI_TRY(pdi_toughness_break(ctx, t));
         PDI_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
     }
     PDI_TRY(pdi_toughness_j(ctx, t, tip, &j));
-    *most = factor * factor * j;
+    *most = t->factor * t->factor * j;
     return PD_OK;
 }
 
@@ -33202,11 +33364,11 @@ static pd_status pdi_toughness_make(pd_ctx *ctx, const pd_body *body, const pd_e
                                     double *most)
 {
     int reach = (int)ceil(body->horizon / body->spacing);
-    t->height = PDI_TOUGHNESS_HEIGHT * reach;
-    t->crack = PDI_TOUGHNESS_CRACK * reach;
-    t->length = t->crack + PDI_TOUGHNESS_AHEAD * reach;
+    t->height = t->crack = (PD_DIM == 3 ? PDI_TOUGHNESS_HEIGHT_3D : PDI_TOUGHNESS_HEIGHT) * reach;
+    t->length = 2 * t->crack;
     t->held = 2 * reach;
-    t->count = (t->height + 2 * t->held) * t->length;
+    t->layers = PD_DIM == 3 ? PDI_TOUGHNESS_LAYERS : 1;
+    t->count = t->layers * (t->height + 2 * t->held) * t->length;
     PDI_TRY(pdi_owner_build(ctx, pdi_toughness_list, t));
     PDI_TRY(pdi_toughness_strip(ctx, body, t));
     PDI_TRY(pdi_toughness_material(ctx, elastic, t));
@@ -33221,22 +33383,30 @@ PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_e
     memset(&t, 0, sizeof t);
     if (!(h > 0.0))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "toughness", "the points are those of no lattice: expected a spacing");
+    if (PD_DIM == 3 && (body->horizon < PDI_TOUGHNESS_LEAST * h * (1.0 - PDI_TOUGHNESS_BEYOND) ||
+                        body->horizon > PDI_TOUGHNESS_MOST * h * (1.0 + PDI_TOUGHNESS_BEYOND)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "toughness", "a horizon of %g spacings with the energy of a crack in 3D, "
+                        "expected %g to %g", body->horizon / h, PDI_TOUGHNESS_LEAST, PDI_TOUGHNESS_MOST);
     pd_status status = pdi_toughness_make(ctx, body, elastic, &t, &most);
-    pd_sequential_free(ctx, &t.load);
+    pd_criterion_free(ctx, &t.criterion);
     pd_elastic_free(ctx, &t.elastic);
     pd_body_free(ctx, &t.body);
     pdi_owner_free(ctx, pdi_toughness_list, &t);
-    /* J = most critical of the spacing 1; volumes of bonds grow by h^2, areas by h */
-    if (status >= 0) *critical = fracture / (most * h * h * h);
+    /* J = most critical of the spacing 1; volumes of bonds grow by h^d, areas over volumes by 1/h */
+    if (status >= 0) *critical = fracture / (most * (PD_DIM == 3 ? h * h * h * h : h * h * h));
     return status;
 }
 #endif
 
 #undef PDI_TOUGHNESS_HEIGHT
-#undef PDI_TOUGHNESS_CRACK
-#undef PDI_TOUGHNESS_AHEAD
+#undef PDI_TOUGHNESS_HEIGHT_3D
+#undef PDI_TOUGHNESS_LAYERS
+#undef PDI_TOUGHNESS_LEAST
+#undef PDI_TOUGHNESS_MOST
 #undef PDI_TOUGHNESS_CELLS
+#undef PDI_TOUGHNESS_EAGER
 #undef PDI_TOUGHNESS_RTOL
+#undef PDI_TOUGHNESS_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -33695,7 +33865,7 @@ static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *
 {
     bond->share = pdi_bond_weights_intact(&f->weights, i, b);
     if (!(bond->share > 0.0)) return 0;
-    pdi_body_bond(f->body, i, b->to, bond->xi);
+    pdi_walk_vector(f->body, i, b, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
     bond->weight = bond->share * f->body->volume[b->to];
     return 1;
@@ -33748,7 +33918,7 @@ static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
-            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
+            f->back[pdi_walk_bond(&b)] = pdi_walk_back(body, i, &b);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
@@ -37774,10 +37944,10 @@ static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
     return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
-/* In 2D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
+/* In 2D and 3D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
 static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
 {
-#if PD_DIM == 2
+#if PD_DIM > 1
     if (!(criterion->fracture > 0.0)) return PD_OK;
     PDI_TRY(pdi_toughness_find(ctx, &s->body, &s->desc.elastic, criterion->fracture, &criterion->critical));
     criterion->fracture = 0.0;
@@ -37832,10 +38002,9 @@ static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_structure_breaks(desc) || flows))))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
                         "breaks or flows in motion, expected a balance with a criterion, or springs");
-    if (desc->breaks.fracture > 0.0 && (PD_DIM == 3 || desc->material != PD_STRUCTURE_CORRESPONDENCE))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d in %dD, expected small "
-                        "strains by correspondence in 1D or 2D, springs, or a critical value of bonds",
-                        (int)desc->material, PD_DIM);
+    if (desc->breaks.fracture > 0.0 && desc->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
+                        "by correspondence, springs, or a critical value of bonds", (int)desc->material);
     if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
                         "strains or Hencky's", (int)desc->material);
@@ -37890,7 +38059,6 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
     const pd_solid *solid = &s->solid;
     s->seen = s->rest.solves;
-    solid->density(ctx, solid->self, pdi_structure_u(s), s->density);
     if (solid->slip) solid->slip(ctx, solid->self, s->slip);
     if (!solid->stress) return;
     solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);
@@ -47463,10 +47631,12 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
         found = keys[k];
     }
     if (!(b->toughness > 0.0)) return PD_OK;
-    if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected "
-                               "springs%s, or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
-                               PD_DIM == 3 ? "" : ", correspondence");
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with material = %s, expected springs, "
+                               "correspondence, or stretch or strength", pdi_read_solid_materials[b->material]);
+    if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with m = %g, expected m = 1.5 to 3 in 3D",
+                               b->m);
     if (!(b->yield > 0.0)) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "
                            "strength: energies of bonds are those of metal that does not flow");
@@ -51901,12 +52071,15 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     return 0.0;
 }
 
-PDI_FN void pdi_sample_prepare(pd_model *m)
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields)
 {
+    const pd_solid *solid = &m->structure.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
     for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+    if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
+        solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
 }
 
 /* The cells that x touches. */
@@ -52183,9 +52356,10 @@ static int pdi_output_derived(pd_field field)
            field > PD_FIELD_U;
 }
 
-static void pdi_output_fill(pd_output *out)
+static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
-    const pd_model *m = out->model;
+    pd_model *m = out->model;
+    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
@@ -52551,8 +52725,11 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
     PDI_TRY(pdi_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
-    if (out->model->setup->probes == 0) return PD_OK;
-    pdi_sample_prepare(out->model);
+    const pd_setup *u = out->model->setup;
+    if (u->probes == 0) return PD_OK;
+    unsigned fields = 0;
+    for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
+    pdi_sample_prepare(ctx, out->model, fields);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pdi_csv_row(ctx, &out->probes, probe);
 }
@@ -52638,7 +52815,7 @@ PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
 {
     double time = out->model->couple.time;
     if (out->written >= time) return PD_OK;
-    pdi_output_fill(out);
+    pdi_output_fill(ctx, out);
     PDI_TRY(pdi_output_vti(ctx, out));
     PDI_TRY(pdi_output_images(ctx, out));
     out->written = time;
@@ -53388,6 +53565,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const pd_setup *u = all->model->setup;
     int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_sample_prepare(ctx, all->model, d->fields);
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
@@ -53516,7 +53694,7 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
     double row[PD_MONITOR_FIGURES + 1];
     int count = all->model->setup->monitors;
     if (count == 0) return PD_OK;
-    pdi_sample_prepare(all->model);
+    pdi_sample_prepare(ctx, all->model, 0);
     /* sources belong to a step: before the first one they are those that it starts with */
     if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
         PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
@@ -53644,7 +53822,7 @@ PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_moni
             PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
                                     m->figure[j].unit, m->figure[j].value));
     }
-    if (u->probes) pdi_sample_prepare(model);
+    if (u->probes) pdi_sample_prepare(ctx, model, 0);
     for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], f));
     return PD_OK;
 }
@@ -54461,6 +54639,7 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "the field %s needs %s", name, needs);
     if (!sim->field[field])
         PDI_TRY(PDI_NEW(ctx, "sim", pdi_sim_components(field) * sim->cells, sim->field[field]));
+    pdi_sample_prepare(ctx, &sim->model, 1u << field);
     pdi_sim_fill(sim, (pd_field)field, sim->field[field]);
     view->data = sim->field[field];
     view->label = pdi_sample_label((pd_field)field);

@@ -84,7 +84,7 @@ spoil "toughness and stretch" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   tou
     "bad.scene:8: toughness: found beside stretch, expected one of stretch, strength and toughness"
 spoil "toughness of rubber" \
     "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = neo_hookean   toughness = 5 J\/m2/" \
-    "bad.scene:8: toughness: found in 2D with material = neo_hookean, expected springs, correspondence, or stretch or \
+    "bad.scene:8: toughness: found with material = neo_hookean, expected springs, correspondence, or stretch or \
 strength"
 spoil "toughness of metal that flows" \
     "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa   toughness = 5 J\/m2/" \

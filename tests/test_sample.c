@@ -16,7 +16,7 @@ static int start(const char *text)
 {
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &setup))) return 0;
     if (CHECK_OK(&ctx, pdi_model_build(&ctx, &setup, &model))) {
-        if (model.transport.c) pdi_sample_prepare(&model);
+        if (model.transport.c) pdi_sample_prepare(&ctx, &model, 0);
         return 1;
     }
     leave(&ctx, &setup);

@@ -87,7 +87,11 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 2
     &crack_case,
     &specimen_case,
+#endif
+#if PD_DIM > 1
     &toughness_case,
+#endif
+#if PD_DIM == 2
     &branching_case,
 #endif
 };

@@ -2,6 +2,7 @@
 #ifndef VAL_FRACTURE_H
 #define VAL_FRACTURE_H
 #include "../elasticity.h"
+#include "../strip.h"
 #include "case.h"
 
 #if PD_DIM == 2
@@ -254,57 +255,26 @@ static const val_case specimen_case = {
     "A tip that lies off by a part of a cell, tractions and pins with a wrong sum or moment.",
     "Tada, Paris and Irwin 2000, 2.10; ASTM E 399: both to 0.5 %",
     specimen_parts, 2};
+#endif
 
+#if PD_DIM > 1
 /* ---- toughness ---- */
 
-#define TOUGHNESS_END 22e-6 /* [m] a tip that is here has run */
-
-/* J of the crack of a strip at rest at time t while it has not run, and where its tip is: others begin where the grips
- * end. */
-static pd_status toughness_at(val_job *job, pd_sim *sim, double t, double *tip, double *j)
+/* A strip of 16 um between its grips, n cells high and p layers thick in 3D, of a metal whose cracks take 0.06 J/m2. */
+static pd_status toughness_strip(val_job *job, double nu, int layers)
 {
-    static const double way[2] = {1.0, 0.0}, cut[4] = {0.0, 0.0, 16e-6, 0.0};
-    pd_structure *s = &sim->model.structure;
-    pd_crack_desc crack;
-    memset(&crack, 0, sizeof crack);
-    PDI_TRY(pd_quasi_static_to(job->ctx, &s->rest, t));
-    pd_status status = pdi_crack_follow(job->ctx, &s->body, 2, cut, s->stiff, way, tip);
-    if (status < 0 || tip[0] > TOUGHNESS_END) return status;
-    memcpy(crack.tip, tip, sizeof crack.tip);
-    crack.way[0] = 1.0;
-    crack.inner = 0.15 * 16e-6;
-    crack.outer = 0.45 * 16e-6;
-    return pd_crack_j(job->ctx, &s->solid, &crack, s->rest.u, j);
+    char solid[64];
+    double j, closed;
+    strip_case strip = {job->level.n, layers, strip_stiffness(nu), solid};
+    snprintf(solid, sizeof solid, "nu = %g  m = %g", nu, job->level.m);
+    PDI_TRY(strip_run(job->ctx, &strip, &j, &closed));
+    job->out->h = STRIP_HIGH / job->level.n;
+    job->out->err[0] = fabs(j - 1.0);
+    return PD_OK;
 }
 
-/* A strip of 16 um between its grips, n cells high, of a metal whose cracks take 0.06 J/m2; Poisson's ratio is p. The
- * load grows in steps of 1 % until the crack has gone on by 6 um. The largest J at rest on the way. */
-static pd_status toughness_run(val_job *job)
-{
-    char text[1024];
-    double nu = job->level.p, h = 16.0 / job->level.n, tip[2] = {0.0, 0.0}, j = 0.0, most = 0.0;
-    double stiffness = 45e9 * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
-    double asked = 16e-6 * sqrt(2.0 * 0.06 / (stiffness * 16e-6)) / 1e-9;
-    pd_sim *sim = (pd_sim *)calloc(1, sizeof *sim);
-    if (!sim) return PD_ERR_MEMORY;
-    snprintf(text, sizeof text,
-             "[grid] h = %.9g um  box = 0 um .. 40 um, -10 um .. 10 um\n"
-             "[shape bar] box = 0 um .. 40 um, -10 um .. 10 um  kind = solid\n"
-             "[shape low] box = 0 um .. 40 um, -10 um .. -8 um  kind = grip  ux = 0 um  uy = 0 um\n"
-             "[shape up] box = 0 um .. 40 um, 8 um .. 10 um  kind = grip  ux = 0 um  uy = 1 nm * t/(1 s)\n"
-             "[solid] E = 45 GPa  nu = %g  m = %g  toughness = 0.06 J/m2  rtol = 1e-6\n"
-             "[cut a] points = 0 um, 0 um, 16 um, 0 um\n[run] until = 99 s\n", h, nu, job->level.m);
-    pd_status status = pd_sim_open(job->ctx, text, NULL, 0, sim);
-    for (double t = 0.8 * asked; status == PD_OK && tip[0] < TOUGHNESS_END && t < 2.0 * asked; t *= 1.01) {
-        most = fmax(most, j);
-        status = toughness_at(job, sim, t, tip, &j);
-    }
-    job->out->h = 1e-6 * h;
-    job->out->err[0] = fabs(most / 0.06 - 1.0);
-    pd_sim_close(job->ctx, sim);
-    free(sim);
-    return status;
-}
+#if PD_DIM == 2
+static pd_status toughness_run(val_job *job) { return toughness_strip(job, job->level.p, 0); }
 
 static const val_part toughness_cells = {
     "cells", "m = 2, nu = 0.3, finer cells", "cells from grip to grip", VAL_BY_N, NULL, 0.0,
@@ -319,16 +289,39 @@ static const val_part toughness_horizons = {
     {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
     {{24, 1.0, 0.3}, {24, 1.5, 0.3}, {24, 2.5, 0.3}, {24, 3.0, 0.3}}, 4, 1, toughness_run, NULL};
 static const val_part *const toughness_parts[] = {&toughness_cells, &toughness_ratios, &toughness_horizons};
+#else
+static pd_status toughness_ratio_run(val_job *job) { return toughness_strip(job, job->level.p, 5); }
+static pd_status toughness_layers_run(val_job *job) { return toughness_strip(job, 0.3, (int)job->level.p); }
+static pd_status toughness_horizon_run(val_job *job) { return toughness_strip(job, 0.3, 4); }
+
+static const val_part toughness_ratios = {
+    "ratios", "m = 2, 16 cells, 5 layers between free sides, Poisson's ratio", "nu", VAL_BY_P, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{16, 2.0, 0.0}, {16, 2.0, 0.3}, {16, 2.0, 0.45}}, 3, 1, toughness_ratio_run, NULL};
+static const val_part toughness_layers = {
+    "layers", "m = 2, 16 cells, nu = 0.3, layers between free sides", "layers", VAL_BY_P, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{16, 2.0, 3}, {16, 2.0, 8}}, 2, 1, toughness_layers_run,
+    "three layers are one and a half horizons: sides, whose bonds hold more energy and break earlier"};
+static const val_part toughness_horizons = {
+    "horizons", "16 cells, nu = 0.3, 4 layers between free sides, horizon", "m", VAL_BY_M, NULL, 0.0,
+    {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
+    {{16, 1.5, 0.3}}, 1, 1, toughness_horizon_run, NULL};
+static const val_part *const toughness_parts[] = {&toughness_ratios, &toughness_layers, &toughness_horizons};
+#endif
 
 static const val_case toughness_case = {
     "toughness", "Energy at which a crack runs",
     "A strip with a cut whose edges are pulled apart, at rest, as a scene with `toughness`: the largest J, by the "
-    "domain integral, that the crack bears before it has gone on by 6 um, over the toughness.",
+    "domain integral, that the crack bears before it has gone on by 6 um, over the toughness. In 3D the front of the "
+    "crack, straight at first, ends at two free sides, and nothing moves along it.",
     "A critical energy of bonds that is that of a cut and not of a crack that runs, or one that depends on the "
-    "spacing, on Poisson's ratio or on the horizon.",
+    "spacing, on Poisson's ratio or on the horizon; in 3D that of a front that cannot go on by steps.",
     "the toughness that the scene asks for; J of Rice 1968",
-    toughness_parts, 3};
+    toughness_parts, (int)(sizeof toughness_parts / sizeof toughness_parts[0])};
+#endif
 
+#if PD_DIM == 2
 /* ---- branching ---- */
 
 /* Points of the crack, the farthest of them, whether it has two branches. */

@@ -201,10 +201,10 @@ static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
     return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
-/* In 2D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
+/* In 2D and 3D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
 static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
 {
-#if PD_DIM == 2
+#if PD_DIM > 1
     if (!(criterion->fracture > 0.0)) return PD_OK;
     PDI_TRY(pdi_toughness_find(ctx, &s->body, &s->desc.elastic, criterion->fracture, &criterion->critical));
     criterion->fracture = 0.0;
@@ -259,10 +259,9 @@ static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_structure_breaks(desc) || flows))))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
                         "breaks or flows in motion, expected a balance with a criterion, or springs");
-    if (desc->breaks.fracture > 0.0 && (PD_DIM == 3 || desc->material != PD_STRUCTURE_CORRESPONDENCE))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d in %dD, expected small "
-                        "strains by correspondence in 1D or 2D, springs, or a critical value of bonds",
-                        (int)desc->material, PD_DIM);
+    if (desc->breaks.fracture > 0.0 && desc->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
+                        "by correspondence, springs, or a critical value of bonds", (int)desc->material);
     if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
                         "strains or Hencky's", (int)desc->material);
@@ -317,7 +316,6 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
     const pd_solid *solid = &s->solid;
     s->seen = s->rest.solves;
-    solid->density(ctx, solid->self, pdi_structure_u(s), s->density);
     if (solid->slip) solid->slip(ctx, solid->self, s->slip);
     if (!solid->stress) return;
     solid->stress(ctx, solid->self, pdi_structure_u(s), s->stress);

@@ -86,7 +86,7 @@ typedef struct pd_structure {
     double *pressure, *mises; /* [count] [Pa] of that */
     double *slip;            /* [count] [-] equivalent plastic strain, of metal that flows */
     double *across;          /* [count] [Pa] stress normal to the plane of 2D */
-    double *density;         /* [count] [J/m3] energy that is stored */
+    double *density;         /* [count] [J/m3] energy that is stored, as the field was asked for last */
     double *factor;          /* [total] [-] of the speed; empty without `pace` */
     int64_t seen;            /* solves that stress is known for */
 } pd_structure;

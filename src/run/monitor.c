@@ -428,6 +428,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const pd_setup *u = all->model->setup;
     int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
+    if (line) pdi_sample_prepare(ctx, all->model, d->fields);
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
@@ -556,7 +557,7 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
     double row[PD_MONITOR_FIGURES + 1];
     int count = all->model->setup->monitors;
     if (count == 0) return PD_OK;
-    pdi_sample_prepare(all->model);
+    pdi_sample_prepare(ctx, all->model, 0);
     /* sources belong to a step: before the first one they are those that it starts with */
     if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
         PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));

@@ -24,9 +24,10 @@ static int pdi_output_derived(pd_field field)
            field > PD_FIELD_U;
 }
 
-static void pdi_output_fill(pd_output *out)
+static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
-    const pd_model *m = out->model;
+    pd_model *m = out->model;
+    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
@@ -392,8 +393,11 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
     PDI_TRY(pdi_csv_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
-    if (out->model->setup->probes == 0) return PD_OK;
-    pdi_sample_prepare(out->model);
+    const pd_setup *u = out->model->setup;
+    if (u->probes == 0) return PD_OK;
+    unsigned fields = 0;
+    for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
+    pdi_sample_prepare(ctx, out->model, fields);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
     return pdi_csv_row(ctx, &out->probes, probe);
 }
@@ -479,7 +483,7 @@ PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
 {
     double time = out->model->couple.time;
     if (out->written >= time) return PD_OK;
-    pdi_output_fill(out);
+    pdi_output_fill(ctx, out);
     PDI_TRY(pdi_output_vti(ctx, out));
     PDI_TRY(pdi_output_images(ctx, out));
     out->written = time;

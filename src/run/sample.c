@@ -120,12 +120,15 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     return 0.0;
 }
 
-PDI_FN void pdi_sample_prepare(pd_model *m)
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields)
 {
+    const pd_solid *solid = &m->structure.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
     for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+    if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
+        solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
 }
 
 /* The cells that x touches. */

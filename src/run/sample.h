@@ -9,8 +9,9 @@ PDI_FN const char *pdi_sample_label(pd_field field);
 /* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
-/* Fill the ghosts of the concentration; once before pdi_sample_point is called for an instant. */
-PDI_FN void pdi_sample_prepare(pd_model *m);
+/* Fill the ghosts of the concentration, and of `fields` (bit k: pd_field k) what is known on demand alone; before
+ * pdi_sample_point, and pdi_sample_node of such a field, are called for an instant. */
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields);
 /* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
  * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
  * fluid cells that x touches. A place on or before a smooth surface in a closed cell is taken from the nearest fluid

@@ -80,6 +80,7 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "the field %s needs %s", name, needs);
     if (!sim->field[field])
         PDI_TRY(PDI_NEW(ctx, "sim", pdi_sim_components(field) * sim->cells, sim->field[field]));
+    pdi_sample_prepare(ctx, &sim->model, 1u << field);
     pdi_sim_fill(sim, (pd_field)field, sim->field[field]);
     view->data = sim->field[field];
     view->label = pdi_sample_label((pd_field)field);

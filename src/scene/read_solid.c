@@ -176,10 +176,12 @@ static pd_status pdi_read_solid_breaks(pdi_reader *s, int section)
         found = keys[k];
     }
     if (!(b->toughness > 0.0)) return PD_OK;
-    if (PD_DIM == 3 || b->material != PD_STRUCTURE_CORRESPONDENCE)
-        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found in %dD with material = %s, expected "
-                               "springs%s, or stretch or strength", PD_DIM, pdi_read_solid_materials[b->material],
-                               PD_DIM == 3 ? "" : ", correspondence");
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with material = %s, expected springs, "
+                               "correspondence, or stretch or strength", pdi_read_solid_materials[b->material]);
+    if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with m = %g, expected m = 1.5 to 3 in 3D",
+                               b->m);
     if (!(b->yield > 0.0)) return PD_OK;
     return pdi_text_refuse(s->ctx, s->text, section, "toughness", "found with a yield stress, expected stretch or "
                            "strength: energies of bonds are those of metal that does not flow");

@@ -31,6 +31,7 @@ static void pdi_band_place(const pd_band *band)
     const pd_body *body = band->body;
     double far = body->horizon;
     for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = fmax(far, fabs(body->position[k]));
+    if (pdi_body_repeats(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
     for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {
         pdi_band_field(band, PDI_BAND_VOLUME)[i] = body->volume[i];
@@ -72,13 +73,13 @@ typedef struct pdi_band_bonds {
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* Steps of the bond from point i to j along all axes, in digits; 0: bands do without. */
-static uint32_t pdi_band_steps(const pd_band *band, int32_t i, int32_t j)
+/* Steps of a bond of point i along all axes, in digits; 0: bands do without. */
+static uint32_t pdi_band_steps(const pd_band *band, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM];
     uint32_t steps = 0;
     if (!band->vectors) return 0;
-    pdi_body_bond(band->body, i, j, xi);
+    pdi_walk_vector(band->body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++)
         steps = steps * PDI_BAND_STEPS + (uint32_t)(floor(xi[d] / band->body->spacing + 0.5) + PDI_BAND_STEPS / 2);
     return steps;
@@ -92,8 +93,9 @@ static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bo
         float weight = pdi_bond_weights_of(band->weights, i, &f);
         if (!(weight > 0.0f) || (intact && pdi_walk_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].image = pdi_walk_image(&f);
         bonds->bond[bonds->count].weight = weight;
-        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, f.to);
+        bonds->bond[bonds->count++].lanes = pdi_band_steps(band, i, &f);
     }
 }
 
@@ -103,7 +105,7 @@ static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
         const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
-        if (own->offset != other->offset) continue;
+        if (own->offset != other->offset || own->image != other->image) continue;
         if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
     }
@@ -133,7 +135,7 @@ static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_
     for (int32_t n = i; n < end; n++) {
         pdi_band_row(band, n, 1, one);
         for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
-            if (one->bond[own].offset != all->bond[k].offset) continue;
+            if (one->bond[own].offset != all->bond[k].offset || one->bond[own].image != all->bond[k].image) continue;
             all->bond[k].lanes |= (uint32_t)1 << (n - i);
             own++;
         }
@@ -202,14 +204,23 @@ PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *
 /* 1: point n has the bond. All of them have it where `lanes` has all bits. */
 static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
 
-/* A bond of count points: w, and the fields of both of its ends. Inlined with constants for `lanes` or `count`. */
-PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
-                             uint32_t lanes, int count, pdi_band_sums *PD_RESTRICT sums)
+/* By how much an image is off its point [m]. */
+static void pdi_band_shift(const pd_body *body, int32_t image, double *shift)
+{
+    for (int d = 0; d < PD_DIM; d++) shift[d] = image * body->period[d];
+}
+
+/* A bond of count points: by how much its far end is shifted [m], or NULL, w, and the fields of both of its ends.
+ * Inlined with constants for `shift`, `lanes` or `count`. */
+PDI_INLINE void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                             const double *shift, double w, uint32_t lanes, int count,
+                             pdi_band_sums *PD_RESTRICT sums)
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], square = 0.0, along = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
             xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            if (shift) xi[d] += shift[d];
             eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
             square += xi[d] * xi[d];
             along += eta[d] * xi[d];
@@ -234,33 +245,40 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = count > 1 ? pdi_band_whole(count) : 1;
     const double *own = pdi_band_field(band, 0) + i;
+    double shift[PD_DIM];
     for (int p = 0; p < PDI_BAND_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->pull[p][n] = sums->turn[p][n] = sums->along[p][n] = 0.0;
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
-        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, w, PDI_BAND_ALL, 1, sums);
+        pdi_band_shift(band->body, pdi_walk_image(&f), shift);
+        if (w > 0.0) pdi_band_add(own, own + (f.to - i), band->stride, shift, w, PDI_BAND_ALL, 1, sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_BAND_ALL) pdi_band_add(own, far, band->stride, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
-        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, w, lanes, PD_BAND_MOST, sums);
-        else pdi_band_add(own, far, band->stride, w, lanes, whole, sums);
+        if (band->bond[b].image) {
+            pdi_band_shift(band->body, band->bond[b].image, shift);
+            pdi_band_add(own, far, band->stride, shift, w, lanes, whole, sums);
+        } else if (lanes == PDI_BAND_ALL)
+            pdi_band_add(own, far, band->stride, NULL, w, PDI_BAND_ALL, PD_BAND_MOST, sums);
+        else if (whole == PD_BAND_MOST) pdi_band_add(own, far, band->stride, NULL, w, lanes, PD_BAND_MOST, sums);
+        else pdi_band_add(own, far, band->stride, NULL, w, lanes, whole, sums);
     }
     return count;
 }
 
 /* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
-PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total, double w,
-                              uint32_t lanes, double lambda, double mu, int flows, int count,
-                              double (*PD_RESTRICT force)[PD_BAND_MOST])
+PDI_INLINE void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
+                              const double *shift, double w, uint32_t lanes, double lambda, double mu, int flows,
+                              int count, double (*PD_RESTRICT force)[PD_BAND_MOST])
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
         double share = own[PDI_BAND_SHARE * total + n] + far[PDI_BAND_SHARE * total + n];
         for (int d = 0; d < PD_DIM; d++) {
             xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            if (shift) xi[d] += shift[d];
             eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
             square += xi[d] * xi[d];
             along += share * eta[d] * xi[d];
@@ -299,20 +317,25 @@ PDI_INLINE void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
     int64_t total = band->stride;
     const double *own = pdi_band_field(band, 0) + i;
+    double shift[PD_DIM];
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
-        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+        pdi_band_shift(band->body, pdi_walk_image(&f), shift);
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
         uint32_t lanes = band->bond[b].lanes;
-        if (lanes == PDI_BAND_ALL)
-            pdi_band_pull(own, far, total, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
+        if (band->bond[b].image) {
+            pdi_band_shift(band->body, band->bond[b].image, shift);
+            pdi_band_pull(own, far, total, shift, w, lanes, lambda, mu, flows, whole, sum);
+        } else if (lanes == PDI_BAND_ALL)
+            pdi_band_pull(own, far, total, NULL, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
         else if (whole == PD_BAND_MOST)
-            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
         else
-            pdi_band_pull(own, far, total, w, lanes, lambda, mu, flows, whole, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, whole, sum);
     }
 }
 

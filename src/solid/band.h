@@ -15,6 +15,7 @@
 /* A bond that points of a band have. */
 typedef struct pd_band_bond {
     int32_t offset; /* the point at the other end less the point */
+    int32_t image;  /* by how many the image there is off its point; 0 without a period */
     float weight;   /* [-] w */
     uint32_t lanes; /* bit n: point n of the band has the bond */
 } pd_band_bond;

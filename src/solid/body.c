@@ -7,6 +7,8 @@
 
 /* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
 #define PDI_BODY_ROUNDING 1e-9
+/* Least period, over the horizon and a cell: images are counted in a byte. */
+#define PDI_BODY_PERIOD 0.01
 /* Parts of cells are kept for horizons of fewer spacings. */
 #define PDI_BODY_KEPT 30
 
@@ -52,6 +54,7 @@ PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, member, body->places, "1");
     PDI_ARRAY(owner, body, shift, body->kinds, "1");
     PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
+    PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
 }
 
 /* Bytes of the bits of all bonds. */
@@ -82,8 +85,8 @@ static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *
 {
     int32_t cell = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) {
-        int32_t i = (int32_t)((x[d] - c->lo[d]) / c->width[d]);
-        i = i < c->n[d] ? i : c->n[d] - 1;
+        double at = (x[d] - c->lo[d]) / c->width[d];
+        int32_t i = at < 0.0 ? 0 : at < c->n[d] ? (int32_t)at : c->n[d] - 1;
         if (index) index[d] = i;
         cell = cell * c->n[d] + i;
     }
@@ -164,13 +167,14 @@ static int pdi_body_belongs(const pd_body *body, const double *xi, double square
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* The family of point i as ranks, into `to` where that is not NULL; how many. */
-static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int32_t *to)
+/* The points whose image is in the family of point i, as ranks, into `to` where that is not NULL; how many. */
+static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
-    double reach = pdi_body_reach(body);
+    double reach = pdi_body_reach(body), seen[PD_DIM];
     int32_t own[PD_DIM], found = 0, around = 1;
-    pdi_body_cell(c, x, own);
+    for (int d = 0; d < PD_DIM; d++) seen[d] = x[d] - image * body->period[d];
+    pdi_body_cell(c, seen, own);
     for (int d = 0; d < PD_DIM; d++) around *= 3;
     for (int32_t k = 0; k < around; k++) {
         int32_t cell = 0, stride = 1, inside = 1;
@@ -184,10 +188,10 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
             int32_t j = c->point[p];
             double xi[PD_DIM], square = 0.0;
             for (int d = 0; d < PD_DIM; d++) {
-                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d];
+                xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d] + image * body->period[d];
                 square += xi[d] * xi[d];
             }
-            if (j == i || !pdi_body_belongs(body, xi, square, reach)) continue;
+            if ((j == i && !image) || !pdi_body_belongs(body, xi, square, reach)) continue;
             if (to) to[found] = c->rank[j];
             found++;
         }
@@ -199,6 +203,27 @@ static int pdi_body_ascend(const void *a, const void *b)
 {
     int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
     return (p > q) - (p < q);
+}
+
+/* Images that bonds may lead to on either side. */
+static int pdi_body_images(const pd_body *body)
+{
+    return pdi_body_repeats(body) ? (int)(pdi_body_reach(body) / body->period[PD_DIM - 1]) + 1 : 0;
+}
+
+/* The family of point i: a part for each image, from the lowest on. */
+static void pdi_body_fill(pd_body *body, const pdi_body_cells *c, int32_t i)
+{
+    int64_t begin = body->row[i];
+    int most = pdi_body_images(body);
+    for (int image = -most; image <= most; image++) {
+        int32_t *family = body->member + begin;
+        size_t length = (size_t)pdi_body_family(body, c, i, image, family);
+        qsort(family, length, sizeof *family, pdi_body_ascend);
+        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
+        for (size_t k = 0; k < length && most; k++) body->image[begin + (int64_t)k] = (int8_t)image;
+        begin += (int64_t)length;
+    }
 }
 
 /* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
@@ -216,21 +241,21 @@ static int32_t pdi_body_number(pd_body *body)
 
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
+    int most = pdi_body_images(body);
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) body->row[i + 1] = pdi_body_family(body, c, i, NULL);
+    for (int32_t i = 0; i < body->count; i++) {
+        body->row[i + 1] = 0;
+        for (int image = -most; image <= most; image++)
+            body->row[i + 1] += pdi_body_family(body, c, i, image, NULL);
+    }
     body->kinds = pdi_body_number(body);
     body->places = body->bonds;
     PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) {
-        int32_t *family = body->member + body->row[i];
-        size_t length = (size_t)pdi_body_family(body, c, i, family);
-        qsort(family, length, sizeof *family, pdi_body_ascend);
-        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
-    }
+    for (int32_t i = 0; i < body->count; i++) pdi_body_fill(body, c, i);
     return PD_OK;
 }
 
@@ -394,7 +419,7 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_axes axes;
     memset(&axes, 0, sizeof axes);
-    if (!(body->spacing > 0.0) || !pdi_body_box(body, &axes)) return PD_OK;
+    if (!(body->spacing > 0.0) || pdi_body_repeats(body) || !pdi_body_box(body, &axes)) return PD_OK;
     pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
     int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
     if (kinds > 0) {
@@ -465,11 +490,19 @@ PDI_FN int pdi_body_whole(const pd_body *body)
     return byte == bytes;
 }
 
-PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j)
+/* Which bond of point j leads to that image of point i; -1: none. */
+static int32_t pdi_body_seek(const pd_body *body, int32_t i, int32_t j, int image)
 {
     for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
-        if (f.to == i) return f.n;
+        if (f.to == i && pdi_walk_image(&f) == image) return f.n;
     return -1;
+}
+
+PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j) { return pdi_body_seek(body, i, j, 0); }
+
+PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f)
+{
+    return pdi_body_seek(body, i, f->to, -pdi_walk_image(f));
 }
 
 PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
@@ -488,22 +521,25 @@ int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *bro
     return f.bonds;
 }
 
+PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f)
+{
+    if (pdi_walk_broken(f)) return 0;
+    pdi_body_mark(body, i, f->n);
+    pdi_body_mark(body, f->to, pdi_walk_back(body, i, f));
+    return 1;
+}
+
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        if (f.to != j) continue;
-        if (pdi_walk_broken(&f)) return 0;
-        pdi_body_mark(body, i, f.n);
-        pdi_body_mark(body, j, pdi_body_back(body, i, j));
-        return 1;
-    }
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+        if (f.to == j && !pdi_walk_image(&f)) return pdi_walk_break(body, i, &f);
     return 0;
 }
 
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pd_body_break(body, i, f.to);
+    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pdi_walk_break(body, i, &f);
     return bonds;
 }
 
@@ -519,6 +555,23 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
             piece[count++] = f.to;
         }
     return count;
+}
+
+/* Points lie within a period along the last axis, so that none is at the place of an image. */
+static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
+{
+    double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
+    double length = desc->period[PD_DIM - 1], most = 0.0;
+    for (int d = 0; d < PD_DIM; d++) most = fmax(most, fabs(desc->period[d]));
+    if (!(most > 0.0)) return PD_OK;
+    for (int64_t i = 0; i < desc->count; i++) {
+        lo = fmin(lo, desc->position[i * PD_DIM + PD_DIM - 1]);
+        hi = fmax(hi, desc->position[i * PD_DIM + PD_DIM - 1]);
+    }
+    int apart = hi - lo < length * (1.0 - PDI_BODY_ROUNDING);
+    if (apart && length >= least && most < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "points that repeat after %g m along the last axis, expected a finite"
+                    " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
@@ -539,7 +592,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
                             "places and positive volumes", (int)i, desc->position[(int64_t)i * PD_DIM],
                             desc->volume[i]);
     }
-    return PD_OK;
+    return pdi_body_check_period(ctx, desc);
 }
 
 static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
@@ -548,6 +601,7 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
+    memcpy(body->period, desc->period, sizeof body->period);
     body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
     if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
         body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
@@ -584,4 +638,5 @@ void pd_body_free(pd_ctx *ctx, pd_body *body)
 }
 
 #undef PDI_BODY_ROUNDING
+#undef PDI_BODY_PERIOD
 #undef PDI_BODY_KEPT

@@ -9,6 +9,9 @@
  * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
  * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
  * broken.
+ *
+ * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
+ * image moves as its point does. A family is sorted by images first, and all families are stored.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -36,6 +39,7 @@ typedef struct pd_body_desc {
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
     pd_rim rim;             /* of a lattice */
+    double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
 } pd_body_desc;
 
 typedef struct pd_body {
@@ -43,6 +47,7 @@ typedef struct pd_body {
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_rim rim;
+    double period[PD_DIM]; /* [m] */
     int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
     double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
     double *position;  /* [count][PD_DIM] [m] */
@@ -55,6 +60,7 @@ typedef struct pd_body {
     int64_t places;    /* entries of the table */
     int32_t *member;   /* [places] points at the places of a lattice, -1: none; or families, one after another */
     int32_t *place;    /* [count] of a lattice: entry of each point in member */
+    int8_t *image;     /* [bonds] of a period: by how many the image at the other end is off its point */
     uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
 } pd_body;
 
@@ -63,6 +69,7 @@ typedef struct pd_walk {
     const int32_t *at;     /* entry of the point in member */
     const int32_t *shift;  /* of the body */
     const uint8_t *broken; /* bits of the family */
+    const int8_t *image;   /* of its bonds; NULL without a period */
     int64_t first;         /* number of its first bond */
     int32_t bonds;         /* how many it has */
     int32_t n;             /* the bond that the walk is at: bond n of the family */
@@ -75,14 +82,16 @@ typedef struct pd_walk {
 #define pd_body_family PD_NAME(pd_body_family)
 #define pd_body_break PD_NAME(pd_body_break)
 
-/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive.
- * PD_ERR_GEOMETRY: two points at one place (the message names both). */
+/* PD_ERR_ARGUMENT: no point, a horizon that is not positive, a place or a volume that is not finite or not positive,
+ * a period within which the points do not lie, or of less than a hundredth of the horizon. PD_ERR_GEOMETRY: two points
+ * at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
 /* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
- * [row[i + 1] - row[i]], or NULL. Returns how many there are. */
+ * [row[i + 1] - row[i]], or NULL. A point stands there once for each of its images. Returns how many there are. */
 PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
-/* Break the bond of two points, at both ends. 1: it was intact; 0: it was broken, or there is none. */
+/* Break the bond of two points, at both ends; bonds of their images stay. 1: it was intact; 0: it was broken, or there
+ * is none. */
 PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
@@ -90,6 +99,8 @@ PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
 PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
+/* 1: the points of the body repeat. */
+static inline int pdi_body_repeats(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
 /* A walk that stands before the first bond of point i:
  *
  *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
@@ -102,6 +113,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
     f.shift = body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
+    f.image = pdi_body_repeats(body) ? body->image + f.first : NULL;
     f.n = f.kind = f.to = -1;
     return f;
 }
@@ -118,12 +130,22 @@ static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; 
 /* 1: it is broken. */
 static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
 
+/* By how many the image at its other end is off its point. */
+static inline int pdi_walk_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
+
 /* Point j less point i [m]. */
 static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
+}
+/* The other end of a bond of point i less that point [m]. */
+static inline void pdi_walk_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
+{
+    pdi_body_bond(body, i, f->to, xi);
+    if (!f->image) return;
+    for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->n] * body->period[d];
 }
 /* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
  * which has the digits of the displacements. */
@@ -145,7 +167,11 @@ PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
 /* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
 PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
-/* Which bond of point j leads to point i; -1: none. */
+/* Which bond of the point at the other end of a bond of point i is the same bond. */
+PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f);
+/* Break a bond of point i, at both ends. 1: it was intact. */
+PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f);
+/* Which bond of point j leads to point i, not to an image of it; -1: none. */
 PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond is broken. */
 PDI_FN int pdi_body_whole(const pd_body *body);

@@ -127,7 +127,7 @@ static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_w
 {
     const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
     double xi[PD_DIM];
-    pdi_body_bond(by->body, i, bond->to, xi);
+    pdi_walk_vector(by->body, i, bond, xi);
     return pdi_body_weight(by->body, by->influence, xi);
 }
 

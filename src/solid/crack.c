@@ -104,7 +104,7 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
         int64_t j = f.to;
         double xi[PD_DIM];
         if (pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;

@@ -74,11 +74,12 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(fmax(-1.0, fmin(1.0, turn))) / 3.0);
 }
 
-/* The bond from point i to j [m], and by how much its ends move apart [m]. */
-static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, int32_t j, double *xi, double *eta)
+/* A bond of point i [m], and by how much its ends move apart [m]. */
+static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f, double *xi,
+                               double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
-    pdi_body_bond(c->solid.body, i, j, xi);
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
+    pdi_walk_vector(c->solid.body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
@@ -90,11 +91,11 @@ static double pdi_criterion_measure(const pd_criterion *c, const double *u, int3
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     if (pdi_walk_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
     if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
-    pdi_criterion_bond(c, u, i, j, xi, eta);
+    pdi_criterion_bond(c, u, i, f, xi, eta);
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
-    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_body_back(body, i, j)];
+    double energy = c->energy[pdi_walk_bond(f)] + c->energy[body->row[j] + pdi_walk_back(body, i, f)];
     return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
@@ -105,7 +106,7 @@ static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_
     if (!(measure > 0.0)) return 0.0;
     if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
     if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
-    pdi_criterion_bond(c, u, i, f->to, xi, eta); /* |xi + f eta| = (1 + critical) r */
+    pdi_criterion_bond(c, u, i, f, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
     return along > 0.0 ? (along + root) / gap : square / (root - along);
@@ -131,7 +132,7 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to > i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
+            if (f.to >= i) c->most[i] = fmax(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = fmax(most, c->most[i]);
     return most;
@@ -153,7 +154,7 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         if (pdi_walk_broken(&f)) continue;
-        pdi_criterion_bond(c, u, i, f.to, xi, eta);
+        pdi_criterion_bond(c, u, i, &f, xi, eta);
         double weight = over * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
@@ -179,7 +180,7 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     if (!pdi_criterion_gradient(c, u, i, h)) return 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         if (!pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         for (int p = 0; p < PD_DIM; p++) {
             eta[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) eta[p] += h[p * PD_DIM + q] * xi[q];
@@ -206,7 +207,7 @@ static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const doub
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pd_body_break(body, i, f.to);
+            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pdi_walk_break(body, i, &f);
     }
     return broken;
 }
@@ -223,7 +224,7 @@ int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, 
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
         for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (f.to > i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pd_body_break(body, i, f.to);
+            if (f.to >= i && pdi_criterion_measure(c, u, i, &f) >= from) broken += pdi_walk_break(body, i, &f);
     }
     return broken;
 }
@@ -237,14 +238,14 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
     pd_walk f = pdi_walk_from(body, first->from);
-    while (pdi_walk_next(&f) && !(f.to > first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
+    while (pdi_walk_next(&f) && !(f.to >= first->from && pdi_criterion_haste(c, u, first->from, &f) >= most)) continue;
     first->bond = pdi_walk_bond(&f);
     first->to = f.to;
     first->measure = pdi_criterion_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
+    pdi_walk_vector(body, first->from, &f, first->place);
     for (int d = 0; d < PD_DIM; d++)
-        first->place[d] = 0.5 * (body->position[(int64_t)first->from * PD_DIM + d] +
-                                 body->position[(int64_t)first->to * PD_DIM + d]);
+        first->place[d] = body->position[(int64_t)first->from * PD_DIM + d] + 0.5 * first->place[d];
 }
 
 /* ---- build ---- */

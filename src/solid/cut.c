@@ -203,14 +203,31 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
     double own = pdi_cut_height(p, x);
     if (fabs(own) > pdi_cut_reach(body)) return 0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        const double *y = body->position + (int64_t)f.to * PD_DIM;
+        double y[PD_DIM];
         if (pdi_walk_broken(&f)) continue;
+        memcpy(y, body->position + (int64_t)f.to * PD_DIM, sizeof y);
+        for (int d = 0; d < PD_DIM && f.image; d++) y[d] += pdi_walk_image(&f) * body->period[d];
         double other = pdi_cut_height(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_cut_crosses(p, x, own, y, other) : pdi_cut_crosses(p, y, other, x, own))) continue;
         pdi_body_mark(body, i, f.n);
         found++;
     }
+    return found;
+}
+
+/* Points repeat and a cut need not: what it crosses as one end sees it breaks at the other end, too. How many do. */
+static int64_t pdi_cut_images(pd_body *body)
+{
+    int64_t found = 0;
+    for (int32_t i = 0; i < body->count && pdi_body_repeats(body); i++)
+        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+            if (!pdi_walk_broken(&f)) continue;
+            pd_walk back = pdi_walk_from(body, f.to);
+            back.n = pdi_walk_back(body, i, &f);
+            found += !pdi_walk_broken(&back);
+            pdi_body_mark(body, f.to, back.n);
+        }
     return found;
 }
 
@@ -228,7 +245,7 @@ static int64_t pdi_cut_bonds(const pd_ctx *ctx, pd_body *body, const pdi_cut_pla
             for (int c = 0; c < count; c++) found[q] += pdi_cut_family(body, &planes[c], (int32_t)i);
     }
     for (int q = 0; q < parts; q++) all += found[q];
-    return all / 2;
+    return (all + pdi_cut_images(body)) / 2;
 }
 
 pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken)

@@ -24,7 +24,7 @@ static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk
 {
     *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
-    pdi_body_bond(e->body, i, f->to, xi);
+    pdi_walk_vector(e->body, i, f, xi);
     *over = 1.0 / pdi_elastic_dot(xi, xi);
     *weight *= e->body->volume[f->to];
     return 1;

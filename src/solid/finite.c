@@ -25,7 +25,7 @@ static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *
 {
     bond->share = pdi_bond_weights_intact(&f->weights, i, b);
     if (!(bond->share > 0.0)) return 0;
-    pdi_body_bond(f->body, i, b->to, bond->xi);
+    pdi_walk_vector(f->body, i, b, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
     bond->weight = bond->share * f->body->volume[b->to];
     return 1;
@@ -78,7 +78,7 @@ static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);)
-            f->back[pdi_walk_bond(&b)] = pdi_body_back(body, i, b.to);
+            f->back[pdi_walk_bond(&b)] = pdi_walk_back(body, i, &b);
 }
 
 /* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */

@@ -202,10 +202,10 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
 {
     memset(m, 0, sizeof *m);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
-        !(body->spacing > 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic",
-                        "E = %g Pa, %g J/m2 of a crack, a spacing of %g m: expected positive and finite values",
-                        desc->young, desc->fracture, body->spacing);
+        !(body->spacing > 0.0) || pdi_body_repeats(body))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
+                        "period of %g m: expected positive and finite values, and no period", desc->young,
+                        desc->fracture, body->spacing, body->period[PD_DIM - 1]);
     if ((int)desc->surface < 0 || desc->surface > PD_MICROELASTIC_NONE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "method %d of surfaces, expected 0 to %d",
                         (int)desc->surface, (int)PD_MICROELASTIC_NONE);

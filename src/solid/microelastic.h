@@ -51,8 +51,8 @@ typedef struct pd_microelastic {
 #define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
-/* The body is borrowed; it has a spacing, whose lattice the constants are for. PD_ERR_ARGUMENT: a modulus or
- * a choice out of range, no spacing. */
+/* The body is borrowed; it has a spacing, whose lattice the constants are for, and no period. PD_ERR_ARGUMENT: a
+ * modulus or a choice out of range, no spacing, a period. */
 PD_API pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *material);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] of any size. breaks 1: bonds beyond the critical

@@ -31,7 +31,7 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
     bond->share = pdi_bond_weights_intact(&o->weights, i, f);
     if (!(bond->share > 0.0)) return 0;
     bond->weight = bond->share * o->body->volume[f->to];
-    pdi_body_bond(o->body, i, f->to, bond->xi);
+    pdi_walk_vector(o->body, i, f, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
         bond->length = bond->r = pdi_vec_norm(bond->xi);
@@ -102,7 +102,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
         *size += weight * square;
@@ -166,7 +166,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }

@@ -139,7 +139,7 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
         if (pdi_walk_broken(&f)) continue;
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];

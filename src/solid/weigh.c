@@ -90,7 +90,7 @@ static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
-        pdi_body_bond(body, i, f.to, xi);
+        pdi_walk_vector(body, i, &f, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_weight(body, o->influence, xi);
         double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
         weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, square);
@@ -123,7 +123,7 @@ static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
     const pdi_weigh *o = (const pdi_weigh *)self;
     double xi[PD_DIM];
-    pdi_body_bond(o->body, i, bond->to, xi);
+    pdi_walk_vector(o->body, i, bond, xi);
     double weight = pdi_body_weight(o->body, o->influence, xi);
     weight *= 1.0 + o->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
     if (!o->part) return weight;
