@@ -718,6 +718,16 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
 #define PDI_PARALLEL(nt)
 #define PDI_FOR
 #endif
+/* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it: that would
+ * cost it a call of the system. */
+#define PDI_SHARE(nt, call) \
+    do { \
+        if ((nt) == 1) call; \
+        else { \
+            PDI_PARALLEL(nt) \
+            call; \
+        } \
+    } while (0)
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
  * faster (pace). pdi_par_offered: without regard to pace. */
@@ -9918,39 +9928,42 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
+/* Products of the blocks from `first` on: the share of one thread. */
+static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
+                             double (*partial)[PDI_PAR_GROUP])
+{
+    PDI_FOR
+    for (int b = 0; b < batch; b++) {
+        int64_t lo = (first + b) * PDI_PAR_BLOCK;
+        int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+        for (int m = 0; m < count; m++)
+            partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
+                                    : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+    }
+}
+
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, n, count, 0, &timing);
-    (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int m = 0; m < count; m++) dots[m] = 0.0;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
-        PDI_PARALLEL_FOR(nt)
-        for (int b = 0; b < batch; b++) {
-            int64_t lo = (first + b) * PDI_PAR_BLOCK;
-            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            for (int m = 0; m < count; m++)
-                partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
-                                        : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
-        }
+        PDI_SHARE(nt, pdi_par_products(n, first, batch, count, v, w, partial));
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
     pdi_par_end(ctx, &timing);
 }
 
-PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
-                          double *w)
+/* The share of one thread in w += sum a[m] v[m]. */
+static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
-    pdi_par_timing timing;
-    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
-    (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t b = 0; b < blocks; b++) {
         int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
         for (int m = 0; m < count; m++) {
@@ -9961,6 +9974,14 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
             for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
+}
+
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w)
+{
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
+    PDI_SHARE(nt, pdi_par_add(n, count, a, v, w));
     pdi_par_end(ctx, &timing);
 }
 
@@ -12219,19 +12240,23 @@ static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
     if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
 }
 
-/* From one layout to the other, run by run. */
-static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
-                          int pack)
+/* From one layout to the other, run by run: the share of one thread. */
+static void pdi_span_runs(const pd_spans *s, int components, const double *from, double *to, int pack)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t k = 0; k < components * s->count; k++) {
         int32_t span = k % s->count;
         int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
         memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
         if (!pack) pdi_span_between(s, span, to + c * s->total);
     }
+}
+
+static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
+                          int pack)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    PDI_SHARE(nt, pdi_span_runs(s, components, from, to, pack));
 }
 
 PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)
@@ -13704,11 +13729,7 @@ PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    if (nt == 1) pdi_traverse_share(bonds, most, run, user); /* a fork of one thread costs microseconds */
-    else {
-        PDI_PARALLEL(nt)
-        pdi_traverse_share(bonds, most, run, user);
-    }
+    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
     pdi_par_end(ctx, &timing);
 }
 
@@ -13734,6 +13755,14 @@ static void pdi_traverse_run(const void *user, int32_t i, int32_t row, int32_t l
     }
 }
 
+/* Nodes beside inlets and outlets: the share of one thread. */
+static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_fn block, const void *user)
+{
+    PDI_FOR
+    for (int32_t p = 0; p < boundary->count; p++)
+        block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
+}
+
 PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
                                 pdi_traverse_block_fn block, const void *user)
 {
@@ -13745,10 +13774,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
     pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
     if (!boundary->count) return;
     int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < boundary->count; p++)
-        block(user, boundary->node[p], bonds->row[boundary->node[p]], p, 1);
+    PDI_SHARE(nt, pdi_traverse_beside(boundary, block, user));
 }
 
 PDI_COLD_BEGIN
@@ -15681,20 +15707,23 @@ static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
     if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
-/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
-static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
+/* v = a v, kept in one of both: the share of one thread. */
+static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, float *single)
 {
-    int64_t n = run->k->length;
-    double *basis = pdi_krylov_double(run->k, i);
-    float *single = pdi_krylov_single(run->k, i);
-    int nt = pdi_par_threads(run->ctx, n);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t e = 0; e < n; e++) {
         v[e] *= a;
         if (basis) basis[e] = v[e];
         else v[e] = (double)(single[e] = (float)v[e]);
     }
+}
+
+/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
+{
+    int64_t n = run->k->length;
+    int nt = pdi_par_threads(run->ctx, n);
+    PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
 }
 
 /* v = sum y_j times vector first + j of the basis, j < count. */
@@ -16229,7 +16258,10 @@ PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level
     int32_t stride[PD_DIM];
     pdi_smoother_strides(level, stride);
     int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTHER_WORK);
-    (void)nt;
+    if (nt == 1) {
+        pdi_smoother_cells(level, stride, job, first, first + count, 1);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int part = 0; part < PDI_SMOOTHER_PARTS; part++)
         pdi_smoother_cells(level, stride, job, first + pdi_smoother_part(count, part),
@@ -16262,18 +16294,11 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const int32
     }
 }
 
-/* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+/* A job on the cells of one colour of level 0: the share of one thread. */
+static void pdi_smoother_rows(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job, int colour)
 {
-    if (level->row) {
-        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    int32_t n0 = level->n[0], rows = level->cells / n0;
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
@@ -16281,6 +16306,19 @@ PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *leve
             pdi_smoother_every_second(level, stride, job == PDI_SMOOTHER_SWEEP, first, level->end[r]);
         else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+{
+    if (level->row) {
+        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM];
+    pdi_smoother_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
+    PDI_SHARE(nt, pdi_smoother_rows(level, stride, job, colour));
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
@@ -16366,30 +16404,37 @@ static void pdi_smoother_slabs(const pd_smoother_level *level, const int32_t *st
     }
 }
 
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other, and are swept by twos. */
+/* Lines of the slabs of one parity, which do not touch each other and are swept by twos: the share of one thread. */
+static void pdi_smoother_half(const pd_smoother_level *level, const int32_t *stride, int slabs, int parity,
+                              int descending)
+{
+    int32_t planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    PDI_FOR
+    for (int s = parity; s < slabs; s += 4) {
+        int32_t begin[2], end[2];
+        for (int l = 0; l < 2; l++) {
+            int slab = s + 2 * l < slabs ? s + 2 * l : -1;
+            begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
+            end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
+        }
+        pdi_smoother_slabs(level, stride, begin, end, descending);
+    }
+}
+
+/* Lines of the slabs, ascending or descending, one parity after the other. */
 PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
 {
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1;
     pdi_smoother_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
     int slabs = level->cells < PDI_SMOOTHER_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTHER_SLAB_PLANES);
     if (slabs > PDI_SMOOTHER_SLABS) slabs = PDI_SMOOTHER_SLABS;
     if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
     int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK) : 1;
-    (void)nt;
     for (int half = 0; half < 2; half++) {
         int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 4) {
-            int32_t begin[2], end[2];
-            for (int l = 0; l < 2; l++) {
-                int slab = s + 2 * l < slabs ? s + 2 * l : -1;
-                begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
-                end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
-            }
-            pdi_smoother_slabs(level, stride, begin, end, descending);
-        }
+        PDI_SHARE(nt, pdi_smoother_half(level, stride, slabs, parity, descending));
     }
 }
 
@@ -17161,18 +17206,22 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+/* b of the next level = sum of r over the children: the share of one thread. */
+static void pdi_multigrid_children(const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t p = 0; p < coarse->cells; p++) {
         float sum = 0.0f;
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) sum += level->r[coarse->child[j]];
         coarse->b[p] = sum;
     }
+}
+
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
+    PDI_SHARE(nt, pdi_multigrid_children(level));
 }
 
 static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
@@ -17235,15 +17284,12 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the cells that take part, by parts of rows. */
-static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+/* max |rhs| over the cells of parts of rows that take part: the share of one thread. */
+static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, double *part)
 {
-    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
     const pd_smoother_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
-    int nt = pdi_par_threads(ctx, fine->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
@@ -17255,36 +17301,56 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
+}
+
+static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+{
+    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
+    int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    PDI_SHARE(nt, pdi_multigrid_parts(mg, rhs, part));
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
-PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+/* b of level 0 = in rhs: the share of one thread. */
+static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
 {
     const pd_smoother_level *fine = &mg->level[0];
-    if (mg->levels == 0) return; /* setup failed or was never called */
-    int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
-    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
-    int nt = pdi_par_threads(ctx, fine->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         double factor = in * pdi_multigrid_weight(mg, r);
         for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
             fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
-    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
-    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
-    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
-    PDI_PARALLEL_FOR(nt)
+}
+
+/* x = out times what level 0 has found: the share of one thread. */
+static void pdi_multigrid_give(const pd_multigrid *mg, double out, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         for (int32_t i = 0; i < n0; i++)
             x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
     }
+}
+
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+{
+    if (mg->levels == 0) return; /* setup failed or was never called */
+    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
+    int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
+    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
+    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
+    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
+    PDI_SHARE(nt, pdi_multigrid_give(mg, out, x));
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -24077,11 +24143,7 @@ static void pdi_flux_stream_share(const pd_flux *t)
 static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
-    if (nt == 1) pdi_flux_stream_share(t);
-    else {
-        PDI_PARALLEL(nt)
-        pdi_flux_stream_share(t);
-    }
+    PDI_SHARE(nt, pdi_flux_stream_share(t));
 }
 
 /* What uneven lattices add to the fluxes of bond k of `count` nodes from i. */
@@ -25815,11 +25877,7 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
-    if (nt == 1) pdi_explicit_share(t, dt);
-    else {
-        PDI_PARALLEL(nt)
-        pdi_explicit_share(t, dt);
-    }
+    PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */

@@ -76,39 +76,42 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
+/* Products of the blocks from `first` on: the share of one thread. */
+static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
+                             double (*partial)[PDI_PAR_GROUP])
+{
+    PDI_FOR
+    for (int b = 0; b < batch; b++) {
+        int64_t lo = (first + b) * PDI_PAR_BLOCK;
+        int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
+        for (int m = 0; m < count; m++)
+            partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
+                                    : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+    }
+}
+
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots)
 {
     double partial[PDI_PAR_BATCH][PDI_PAR_GROUP];
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, n, count, 0, &timing);
-    (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
     for (int m = 0; m < count; m++) dots[m] = 0.0;
     for (int64_t first = 0; first < blocks; first += PDI_PAR_BATCH) {
         int batch = (int)(blocks - first < PDI_PAR_BATCH ? blocks - first : PDI_PAR_BATCH);
-        PDI_PARALLEL_FOR(nt)
-        for (int b = 0; b < batch; b++) {
-            int64_t lo = (first + b) * PDI_PAR_BLOCK;
-            int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-            for (int m = 0; m < count; m++)
-                partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
-                                        : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
-        }
+        PDI_SHARE(nt, pdi_par_products(n, first, batch, count, v, w, partial));
         for (int b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += partial[b][m];
     }
     pdi_par_end(ctx, &timing);
 }
 
-PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
-                          double *w)
+/* The share of one thread in w += sum a[m] v[m]. */
+static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
-    pdi_par_timing timing;
-    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
-    (void)nt;
     int64_t blocks = (n + PDI_PAR_BLOCK - 1) / PDI_PAR_BLOCK;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int64_t b = 0; b < blocks; b++) {
         int64_t lo = b * PDI_PAR_BLOCK, hi = n - lo < PDI_PAR_BLOCK ? n : lo + PDI_PAR_BLOCK;
         for (int m = 0; m < count; m++) {
@@ -119,6 +122,14 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
             for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
         }
     }
+}
+
+PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
+                          double *w)
+{
+    pdi_par_timing timing;
+    int nt = pdi_par_begin(ctx, n, count, 1, &timing);
+    PDI_SHARE(nt, pdi_par_add(n, count, a, v, w));
     pdi_par_end(ctx, &timing);
 }
 

@@ -21,6 +21,16 @@
 #define PDI_PARALLEL(nt)
 #define PDI_FOR
 #endif
+/* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it, which
+ * would cost it a call of the system. */
+#define PDI_SHARE(nt, call) \
+    do { \
+        if ((nt) == 1) call; \
+        else { \
+            PDI_PARALLEL(nt) \
+            call; \
+        } \
+    } while (0)
 
 /* Threads worth using for a loop of `work` scalar operations: 1 when the fork would cost more, or when one thread is
  * faster (pace). pdi_par_offered: without regard to pace. */

@@ -62,19 +62,23 @@ static void pdi_span_between(const pd_spans *s, int32_t k, double *full)
     if (k == 0) memset(full, 0, (size_t)s->first[0] * sizeof *full);
 }
 
-/* From one layout to the other, run by run. */
-static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
-                          int pack)
+/* From one layout to the other, run by run: the share of one thread. */
+static void pdi_span_runs(const pd_spans *s, int components, const double *from, double *to, int pack)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t k = 0; k < components * s->count; k++) {
         int32_t span = k % s->count;
         int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
         memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
         if (!pack) pdi_span_between(s, span, to + c * s->total);
     }
+}
+
+static void pdi_span_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
+                          int pack)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    PDI_SHARE(nt, pdi_span_runs(s, components, from, to, pack));
 }
 
 PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full, double *packed)

@@ -30,11 +30,7 @@ PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    if (nt == 1) pdi_traverse_share(bonds, most, run, user); /* a fork of one thread costs microseconds */
-    else {
-        PDI_PARALLEL(nt)
-        pdi_traverse_share(bonds, most, run, user);
-    }
+    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
     pdi_par_end(ctx, &timing);
 }
 
@@ -60,6 +56,14 @@ static void pdi_traverse_run(const void *user, int32_t i, int32_t row, int32_t l
     }
 }
 
+/* Nodes beside inlets and outlets: the share of one thread. */
+static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_fn block, const void *user)
+{
+    PDI_FOR
+    for (int32_t p = 0; p < boundary->count; p++)
+        block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
+}
+
 PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
                                 pdi_traverse_block_fn block, const void *user)
 {
@@ -71,10 +75,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
     pdi_traverse_sweep(ctx, bonds, work, 0, pdi_traverse_run, &w);
     if (!boundary->count) return;
     int nt = pdi_par_threads(ctx, (int64_t)boundary->count * bonds->stencil->count * PDI_BOUNDARY_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < boundary->count; p++)
-        block(user, boundary->node[p], bonds->row[boundary->node[p]], p, 1);
+    PDI_SHARE(nt, pdi_traverse_beside(boundary, block, user));
 }
 
 PDI_COLD_BEGIN

@@ -335,18 +335,22 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 
 /* ---- cycle: x of a level from its b ---- */
 
-/* b of the next level = sum of r over the children */
-static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+/* b of the next level = sum of r over the children: the share of one thread. */
+static void pdi_multigrid_children(const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t p = 0; p < coarse->cells; p++) {
         float sum = 0.0f;
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) sum += level->r[coarse->child[j]];
         coarse->b[p] = sum;
     }
+}
+
+static void pdi_multigrid_restrict(const pd_ctx *ctx, const pd_smoother_level *level)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells);
+    PDI_SHARE(nt, pdi_multigrid_children(level));
 }
 
 static void pdi_multigrid_down(const pd_ctx *ctx, const pd_multigrid *mg, const pd_smoother_level *level)
@@ -409,15 +413,12 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
     return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
-/* max |rhs| over the cells that take part, by parts of rows. */
-static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+/* max |rhs| over the cells of parts of rows that take part: the share of one thread. */
+static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, double *part)
 {
-    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
     const pd_smoother_level *fine = &mg->level[0];
     int64_t rows = fine->cells / fine->n[0];
-    int nt = pdi_par_threads(ctx, fine->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
@@ -429,34 +430,54 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
             }
         }
     }
+}
+
+static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, const double *rhs)
+{
+    double part[PDI_SMOOTHER_PARTS], largest = 0.0;
+    int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    PDI_SHARE(nt, pdi_multigrid_parts(mg, rhs, part));
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = fmax(largest, part[q]);
     return largest;
 }
 
-PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+/* b of level 0 = in rhs: the share of one thread. */
+static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
 {
     const pd_smoother_level *fine = &mg->level[0];
-    if (mg->levels == 0) return; /* setup failed or was never called */
-    int32_t rows = fine->cells / fine->n[0], n0 = fine->n[0], s0 = mg->desc.stride[0];
-    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
-    int nt = pdi_par_threads(ctx, fine->cells);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         double factor = in * pdi_multigrid_weight(mg, r);
         for (int32_t c = fine->begin[r]; c < fine->end[r]; c++)
             fine->b[c] = fine->inv[c] > 0.0f ? (float)(factor * rhs[node + (c - base) * s0]) : 0.0f;
     }
-    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
-    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
-    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
-    PDI_PARALLEL_FOR(nt)
+}
+
+/* x = out times what level 0 has found: the share of one thread. */
+static void pdi_multigrid_give(const pd_multigrid *mg, double out, double *x)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], rows = fine->cells / n0, s0 = mg->desc.stride[0];
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t node = pdi_multigrid_row_node(mg, r), base = r * n0;
         for (int32_t i = 0; i < n0; i++)
             x[node + i * s0] = out * (fine->sum ? fine->sum[base + i] : (double)fine->x[base + i]);
     }
+}
+
+PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
+{
+    if (mg->levels == 0) return; /* setup failed or was never called */
+    double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
+    int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
+    for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
+    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
+    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
+    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
+    for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
+    PDI_SHARE(nt, pdi_multigrid_give(mg, out, x));
 }

@@ -161,7 +161,10 @@ PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level
     int32_t stride[PD_DIM];
     pdi_smoother_strides(level, stride);
     int nt = pdi_par_threads(ctx, (int64_t)count * PDI_SMOOTHER_WORK);
-    (void)nt;
+    if (nt == 1) {
+        pdi_smoother_cells(level, stride, job, first, first + count, 1);
+        return;
+    }
     PDI_PARALLEL_FOR(nt)
     for (int part = 0; part < PDI_SMOOTHER_PARTS; part++)
         pdi_smoother_cells(level, stride, job, first + pdi_smoother_part(count, part),
@@ -194,18 +197,11 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const int32
     }
 }
 
-/* A job on the cells of one colour: they do not touch each other. */
-PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+/* A job on the cells of one colour of level 0: the share of one thread. */
+static void pdi_smoother_rows(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job job, int colour)
 {
-    if (level->row) {
-        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
-        return;
-    }
-    int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
-    pdi_smoother_strides(level, stride);
-    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    int32_t n0 = level->n[0], rows = level->cells / n0;
+    PDI_FOR
     for (int32_t r = 0; r < rows; r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
@@ -213,6 +209,19 @@ PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *leve
             pdi_smoother_every_second(level, stride, job == PDI_SMOOTHER_SWEEP, first, level->end[r]);
         else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
+}
+
+/* A job on the cells of one colour: they do not touch each other. */
+PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *level, pdi_smoother_job job, int colour)
+{
+    if (level->row) {
+        pdi_smoother_range(ctx, level, job, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        return;
+    }
+    int32_t stride[PD_DIM];
+    pdi_smoother_strides(level, stride);
+    int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
+    PDI_SHARE(nt, pdi_smoother_rows(level, stride, job, colour));
 }
 
 /* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
@@ -298,30 +307,37 @@ static void pdi_smoother_slabs(const pd_smoother_level *level, const int32_t *st
     }
 }
 
-/* Lines of the slabs, ascending or descending; slabs of one parity do not touch each other, and are swept by twos. */
+/* Lines of the slabs of one parity, which do not touch each other and are swept by twos: the share of one thread. */
+static void pdi_smoother_half(const pd_smoother_level *level, const int32_t *stride, int slabs, int parity,
+                              int descending)
+{
+    int32_t planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    PDI_FOR
+    for (int s = parity; s < slabs; s += 4) {
+        int32_t begin[2], end[2];
+        for (int l = 0; l < 2; l++) {
+            int slab = s + 2 * l < slabs ? s + 2 * l : -1;
+            begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
+            end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
+        }
+        pdi_smoother_slabs(level, stride, begin, end, descending);
+    }
+}
+
+/* Lines of the slabs, ascending or descending, one parity after the other. */
 PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
 {
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
+    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1;
     pdi_smoother_strides(level, stride);
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
     int slabs = level->cells < PDI_SMOOTHER_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTHER_SLAB_PLANES);
     if (slabs > PDI_SMOOTHER_SLABS) slabs = PDI_SMOOTHER_SLABS;
     if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
     if (slabs < 1) slabs = 1;
     int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK) : 1;
-    (void)nt;
     for (int half = 0; half < 2; half++) {
         int parity = descending ? 1 - half : half;
-        PDI_PARALLEL_FOR(nt)
-        for (int s = parity; s < slabs; s += 4) {
-            int32_t begin[2], end[2];
-            for (int l = 0; l < 2; l++) {
-                int slab = s + 2 * l < slabs ? s + 2 * l : -1;
-                begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
-                end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
-            }
-            pdi_smoother_slabs(level, stride, begin, end, descending);
-        }
+        PDI_SHARE(nt, pdi_smoother_half(level, stride, slabs, parity, descending));
     }
 }
 

@@ -60,11 +60,7 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
-    if (nt == 1) pdi_explicit_share(t, dt);
-    else {
-        PDI_PARALLEL(nt)
-        pdi_explicit_share(t, dt);
-    }
+    PDI_SHARE(nt, pdi_explicit_share(t, dt));
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */

@@ -110,11 +110,7 @@ static void pdi_flux_stream_share(const pd_flux *t)
 static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
-    if (nt == 1) pdi_flux_stream_share(t);
-    else {
-        PDI_PARALLEL(nt)
-        pdi_flux_stream_share(t);
-    }
+    PDI_SHARE(nt, pdi_flux_stream_share(t));
 }
 
 /* What uneven lattices add to the fluxes of bond k of `count` nodes from i. */
