@@ -718,8 +718,8 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
 #define PDI_PARALLEL(nt)
 #define PDI_FOR
 #endif
-/* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it: that would
- * cost it a call of the system. */
+/* A call of a function whose loops have PDI_FOR before them, by nt threads. One thread has no fork around it, which
+ * would cost it a call of the system. */
 #define PDI_SHARE(nt, call) \
     do { \
         if ((nt) == 1) call; \
@@ -12076,25 +12076,32 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
     }
 }
 
-PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
-                           const double *field)
+enum { PDI_GRID_PARTS = 64 }; /* of a sum, by layers */
+
+/* The share of one thread in the sums of the parts. */
+static void pdi_grid_sums(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted, const double *field,
+                          pdi_sum *part)
 {
-    enum { parts = 64 };
-    pdi_sum part[parts], all = {0.0, 0.0};
     int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
-    int nt = pdi_par_threads(ctx, grid->total);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
+    PDI_FOR
+    for (int q = 0; q < PDI_GRID_PARTS; q++) {
         part[q].sum = part[q].carry = 0.0;
-        for (int64_t layer = layers * q / parts; layer < layers * (q + 1) / parts; layer++) {
+        for (int64_t layer = layers * q / PDI_GRID_PARTS; layer < layers * (q + 1) / PDI_GRID_PARTS; layer++) {
             int64_t at = layer * nodes;
             double sum = pdi_par_sum_of(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
                                         which ? (uint8_t)wanted : kind, field + at);
             pdi_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
         }
     }
-    for (int q = 0; q < parts; q++) {
+}
+
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field)
+{
+    pdi_sum part[PDI_GRID_PARTS], all = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, grid->total);
+    PDI_SHARE(nt, pdi_grid_sums(grid, kind, which, wanted, field, part));
+    for (int q = 0; q < PDI_GRID_PARTS; q++) {
         pdi_sum_add(&all, part[q].sum);
         pdi_sum_add(&all, part[q].carry);
     }
@@ -24934,28 +24941,40 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     return pdi_arena_return(ctx, arena, pdi_compact_face_list, c, pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
 
-PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+/* y = share x: the share of one thread. */
+static void pdi_inverse_before(const pd_inverse *v, const double *x, double *y)
 {
     const pd_grid *grid = v->flux->bonds->grid;
-    int nt = pdi_par_threads(ctx, grid->total * 4);
-    (void)nt;
-    if (!(v->excess > 0.0)) {
-        pdi_multigrid_cycle(ctx, &v->mg, x, y);
-        return;
-    }
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] == PD_FLUID) y[i] = pdi_inverse_share(v, i, &direct) * x[i];
     }
-    pdi_multigrid_cycle(ctx, &v->mg, y, y);
-    PDI_PARALLEL_FOR(nt)
+}
+
+/* y = share y + direct x: the share of one thread. */
+static void pdi_inverse_after(const pd_inverse *v, const double *x, double *y)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    PDI_FOR
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] != PD_FLUID) continue;
         y[i] *= pdi_inverse_share(v, i, &direct);
         y[i] += direct * x[i];
     }
+}
+
+PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+{
+    int nt = pdi_par_threads(ctx, v->flux->bonds->grid->total * 4);
+    if (!(v->excess > 0.0)) {
+        pdi_multigrid_cycle(ctx, &v->mg, x, y);
+        return;
+    }
+    PDI_SHARE(nt, pdi_inverse_before(v, x, y));
+    pdi_multigrid_cycle(ctx, &v->mg, y, y);
+    PDI_SHARE(nt, pdi_inverse_after(v, x, y));
 }
 
 /* ======== >>transport/transport.c ======== */
@@ -24989,25 +25008,26 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
- * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
-static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+/* The share of one thread in a copy less a mean. */
+static void pdi_transport_less(const pd_transport *t, const double *c, double mean)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total);
-    if (!t->flux.conductance.rests) {
-        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
-        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
-        return;
-    }
-    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
-    double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
         t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
+}
+
+/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
+ * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
+static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (t->flux.conductance.rests) {
+        double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
+        PDI_SHARE(nt, pdi_transport_less(t, c, t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0));
+    } else pdi_par_copy(ctx, t->grid->total, c, t->repeated);
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
 
@@ -28432,30 +28452,38 @@ static inline void pdi_scaffold_rest(const pd_scaffold_level *level, int32_t v, 
     }
 }
 
+/* Nodes of one colour, which do not touch each other: the share of one thread. */
+static void pdi_scaffold_colour(const pd_scaffold_level *level, int colour)
+{
+    PDI_FOR
+    for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
+        const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
+        double rest[PD_DIM];
+        pdi_scaffold_rest(level, v, rest);
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
+    }
+}
+
 /* Gauss and Seidel, colour by colour. */
 static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
 {
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
-    (void)nt;
-    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++) {
-        int colour = back ? PDI_SCAFFOLD_CORNERS - 1 - n : n;
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
-            const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
-            double rest[PD_DIM];
-            pdi_scaffold_rest(level, v, rest);
-            for (int p = 0; p < PD_DIM; p++)
-                for (int q = 0; q < PD_DIM; q++)
-                    level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
-        }
-    }
+    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++)
+        PDI_SHARE(nt, pdi_scaffold_colour(level, back ? PDI_SCAFFOLD_CORNERS - 1 - n : n));
+}
+
+/* The share of one thread in r = b - A x. */
+static void pdi_scaffold_rests(const pd_scaffold_level *level)
+{
+    PDI_FOR
+    for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
 }
 
 static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
 {
     const pd_scaffold_level *level = &s->level[k], *next = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
-    (void)nt;
     memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
     pdi_scaffold_sweep(ctx, level, 0);
     if (k + 1 == s->levels) {
@@ -28464,8 +28492,7 @@ static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
             pdi_scaffold_sweep(ctx, level, 0);
         }
     } else {
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
+        PDI_SHARE(nt, pdi_scaffold_rests(level));
         memset(next->b, 0, (size_t)next->nodes * PD_DIM * sizeof *next->b);
         pdi_scaffold_restrict(level, next, level->r, next->b);
         pdi_scaffold_cycle(ctx, s, k + 1);

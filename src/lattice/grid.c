@@ -479,25 +479,32 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
     }
 }
 
-PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
-                           const double *field)
+enum { PDI_GRID_PARTS = 64 }; /* of a sum, by layers */
+
+/* The share of one thread in the sums of the parts. */
+static void pdi_grid_sums(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted, const double *field,
+                          pdi_sum *part)
 {
-    enum { parts = 64 };
-    pdi_sum part[parts], all = {0.0, 0.0};
     int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
-    int nt = pdi_par_threads(ctx, grid->total);
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
-    for (int q = 0; q < parts; q++) {
+    PDI_FOR
+    for (int q = 0; q < PDI_GRID_PARTS; q++) {
         part[q].sum = part[q].carry = 0.0;
-        for (int64_t layer = layers * q / parts; layer < layers * (q + 1) / parts; layer++) {
+        for (int64_t layer = layers * q / PDI_GRID_PARTS; layer < layers * (q + 1) / PDI_GRID_PARTS; layer++) {
             int64_t at = layer * nodes;
             double sum = pdi_par_sum_of(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
                                         which ? (uint8_t)wanted : kind, field + at);
             pdi_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
         }
     }
-    for (int q = 0; q < parts; q++) {
+}
+
+PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                           const double *field)
+{
+    pdi_sum part[PDI_GRID_PARTS], all = {0.0, 0.0};
+    int nt = pdi_par_threads(ctx, grid->total);
+    PDI_SHARE(nt, pdi_grid_sums(grid, kind, which, wanted, field, part));
+    for (int q = 0; q < PDI_GRID_PARTS; q++) {
         pdi_sum_add(&all, part[q].sum);
         pdi_sum_add(&all, part[q].carry);
     }

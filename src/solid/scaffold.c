@@ -508,30 +508,38 @@ static inline void pdi_scaffold_rest(const pd_scaffold_level *level, int32_t v, 
     }
 }
 
+/* Nodes of one colour, which do not touch each other: the share of one thread. */
+static void pdi_scaffold_colour(const pd_scaffold_level *level, int colour)
+{
+    PDI_FOR
+    for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
+        const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
+        double rest[PD_DIM];
+        pdi_scaffold_rest(level, v, rest);
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
+    }
+}
+
 /* Gauss and Seidel, colour by colour. */
 static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
 {
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
-    (void)nt;
-    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++) {
-        int colour = back ? PDI_SCAFFOLD_CORNERS - 1 - n : n;
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
-            const float *inverse = level->inverse + (int64_t)v * PDI_SCAFFOLD_BLOCK;
-            double rest[PD_DIM];
-            pdi_scaffold_rest(level, v, rest);
-            for (int p = 0; p < PD_DIM; p++)
-                for (int q = 0; q < PD_DIM; q++)
-                    level->x[v * PD_DIM + p] += (double)inverse[p * PD_DIM + q] * rest[q];
-        }
-    }
+    for (int n = 0; n < PDI_SCAFFOLD_CORNERS; n++)
+        PDI_SHARE(nt, pdi_scaffold_colour(level, back ? PDI_SCAFFOLD_CORNERS - 1 - n : n));
+}
+
+/* The share of one thread in r = b - A x. */
+static void pdi_scaffold_rests(const pd_scaffold_level *level)
+{
+    PDI_FOR
+    for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
 }
 
 static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
 {
     const pd_scaffold_level *level = &s->level[k], *next = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
-    (void)nt;
     memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
     pdi_scaffold_sweep(ctx, level, 0);
     if (k + 1 == s->levels) {
@@ -540,8 +548,7 @@ static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
             pdi_scaffold_sweep(ctx, level, 0);
         }
     } else {
-        PDI_PARALLEL_FOR(nt)
-        for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
+        PDI_SHARE(nt, pdi_scaffold_rests(level));
         memset(next->b, 0, (size_t)next->nodes * PD_DIM * sizeof *next->b);
         pdi_scaffold_restrict(level, next, level->r, next->b);
         pdi_scaffold_cycle(ctx, s, k + 1);

@@ -105,26 +105,38 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     return pdi_arena_return(ctx, arena, pdi_compact_face_list, c, pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
 
-PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+/* y = share x: the share of one thread. */
+static void pdi_inverse_before(const pd_inverse *v, const double *x, double *y)
 {
     const pd_grid *grid = v->flux->bonds->grid;
-    int nt = pdi_par_threads(ctx, grid->total * 4);
-    (void)nt;
-    if (!(v->excess > 0.0)) {
-        pdi_multigrid_cycle(ctx, &v->mg, x, y);
-        return;
-    }
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] == PD_FLUID) y[i] = pdi_inverse_share(v, i, &direct) * x[i];
     }
-    pdi_multigrid_cycle(ctx, &v->mg, y, y);
-    PDI_PARALLEL_FOR(nt)
+}
+
+/* y = share y + direct x: the share of one thread. */
+static void pdi_inverse_after(const pd_inverse *v, const double *x, double *y)
+{
+    const pd_grid *grid = v->flux->bonds->grid;
+    PDI_FOR
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] != PD_FLUID) continue;
         y[i] *= pdi_inverse_share(v, i, &direct);
         y[i] += direct * x[i];
     }
+}
+
+PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, double *y)
+{
+    int nt = pdi_par_threads(ctx, v->flux->bonds->grid->total * 4);
+    if (!(v->excess > 0.0)) {
+        pdi_multigrid_cycle(ctx, &v->mg, x, y);
+        return;
+    }
+    PDI_SHARE(nt, pdi_inverse_before(v, x, y));
+    pdi_multigrid_cycle(ctx, &v->mg, y, y);
+    PDI_SHARE(nt, pdi_inverse_after(v, x, y));
 }

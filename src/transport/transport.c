@@ -30,25 +30,26 @@
 /* The same where what is left undone breaks them. */
 #define PDI_TRANSPORT_FINE 1e-3
 
-/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
- * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
-static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+/* The share of one thread in a copy less a mean. */
+static void pdi_transport_less(const pd_transport *t, const double *c, double mean)
 {
     const uint8_t *kind = t->grid->kind;
-    int nt = pdi_par_threads(ctx, t->grid->total);
-    if (!t->flux.conductance.rests) {
-        pdi_par_copy(ctx, t->grid->total, c, t->repeated);
-        pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
-        return;
-    }
-    double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
-    double mean = t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0;
-    (void)nt;
-    PDI_PARALLEL_FOR(nt)
+    PDI_FOR
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
         t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
+}
+
+/* A copy with images. At rest it is less its mean, which bonds do not carry: products of lines are differences of sums,
+ * and have the rounding of what is summed. Metal and walls have no concentration where sweeps go over them. */
+static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const double *c)
+{
+    int nt = pdi_par_threads(ctx, t->grid->total);
+    if (t->flux.conductance.rests) {
+        double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
+        PDI_SHARE(nt, pdi_transport_less(t, c, t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0));
+    } else pdi_par_copy(ctx, t->grid->total, c, t->repeated);
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
 
