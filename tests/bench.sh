@@ -40,8 +40,8 @@ at_most 39 krylov case=solid dim=3 part=cube n=16
 at_most 0 unequal case=glass n=200
 at_most 104 evals case=scenes name=mg_pin_2d
 at_most 113 evals case=scenes name=mg_pin_axi
-at_most 57 evals case=scenes name=channel3d_3d
-at_most 7 steps case=scenes name=channel3d_3d
+at_most 72 evals case=scenes name=channel3d_3d
+at_most 11 steps case=scenes name=channel3d_3d
 at_most 150 steps case=study dim=1 part=pulse level=1
 at_most 280 steps case=study dim=1 part=pencil level=0
 at_most 80 evals case=study dim=2 part=poiseuille level=0

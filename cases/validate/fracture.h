@@ -297,11 +297,11 @@ static pd_status toughness_horizon_run(val_job *job) { return toughness_strip(jo
 static const val_part toughness_ratios = {
     "ratios", "m = 2, 16 cells, 5 layers between free sides, Poisson's ratio", "nu", VAL_BY_P, NULL, 0.0,
     {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
-    {{16, 2.0, 0.0}, {16, 2.0, 0.3}, {16, 2.0, 0.45}}, 3, 1, toughness_ratio_run, NULL};
+    {{16, 2.0, 0.0}, {16, 2.0, 0.3}, {16, 2.0, 0.45}}, 3, 0, toughness_ratio_run, NULL};
 static const val_part toughness_layers = {
     "layers", "m = 2, 16 cells, nu = 0.3, layers between free sides", "layers", VAL_BY_P, NULL, 0.0,
     {{"toughness", "J at which it runs"}}, 1, {{0, 0.05, 0.0, 0, VAL_GOAL}}, 1,
-    {{16, 2.0, 3}, {16, 2.0, 8}}, 2, 1, toughness_layers_run,
+    {{16, 2.0, 3}, {16, 2.0, 8}}, 2, 0, toughness_layers_run,
     "three layers are one and a half horizons: sides, whose bonds hold more energy and break earlier"};
 static const val_part toughness_horizons = {
     "horizons", "16 cells, nu = 0.3, 4 layers between free sides, horizon", "m", VAL_BY_M, NULL, 0.0,
