@@ -183,16 +183,17 @@ PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x)
     return largest;
 }
 
-/* A fork of one thread costs microseconds: the loops below have none around them then. */
+/* y += a x: the share of one thread. */
+static void pdi_par_move(int64_t n, double a, const double *x, double *y)
+{
+    PDI_FOR
+    for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+}
+
 PDI_FN void pdi_par_axpy(const pd_ctx *ctx, int64_t n, double a, const double *x, double *y)
 {
     int nt = pdi_par_threads(ctx, n);
-    if (nt == 1) {
-        for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
-        return;
-    }
-    PDI_PARALLEL_FOR(nt)
-    for (int64_t i = 0; i < n; i++) y[i] += a * x[i];
+    PDI_SHARE(nt, pdi_par_move(n, a, x, y));
 }
 
 PDI_FN void pdi_par_copy(const pd_ctx *ctx, int64_t n, const double *x, double *y)
