@@ -2215,7 +2215,7 @@ typedef struct pd_compact {
     uint8_t *active;         /* [cells] 1: fluid */
     float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
     float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
-    float *wall;             /* [cells] boundary values held half a cell away */
+    float *wall;             /* [cells] boundary values held at walls, inlets or outlets */
     float *mass;             /* [cells] outflow and time terms */
 } pd_compact;
 
@@ -2223,6 +2223,7 @@ typedef struct pd_compact {
 /* Which boundary faces hold a value (1) or let nothing through (0). */
 typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
+    const pd_bonds *walls; /* how far off closed faces hold theirs; NULL: half a cell. Borrowed */
 } pdi_compact_faces;
 
 /* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be
@@ -17421,6 +17422,15 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
+/* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
+ * rubs on it a thousand times as much as on one half a cell away. */
+static double pdi_compact_leg(const pdi_compact_faces *faces, int32_t node, uint8_t kind, int d, int up)
+{
+    const pd_bonds *walls = pdi_grid_open(kind) ? NULL : faces->walls;
+    int32_t row = walls ? walls->row[node] : -1;
+    return row >= 0 ? fabs(walls->leg[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
+}
+
 static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
@@ -17448,7 +17458,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
-            if (held) wall += 2.0 * diffusivity * inverse;
+            if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
             mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
             leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
@@ -20466,8 +20476,10 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
     pdi_compact_convection moving, resting;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
+    velocity.walls = s->flow->bonds;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
+    pressure.walls = NULL;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
     pd_compact *c = &s->compact;
@@ -24916,6 +24928,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     pd_compact *c = &v->compact;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
+    faces.walls = NULL;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;
