@@ -26,8 +26,10 @@ endif
 endif
 
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
-# Tests run the split sources with the library's own assertions on. A test program itself needs no speed.
-DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+SHARED = -fPIC -shared -fvisibility=hidden '-DPD_API=extern __attribute__((visibility("default")))'
+# Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
+# independent, since the test of the Python package links the same objects to a shared library.
+DEV = -std=c99 -O2 -g -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 SOURCES := $(wildcard src/*/*.c)
@@ -227,6 +229,15 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
 $$(BUILD)/check/pd$(1)d: drivers/scene.c pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
+$$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(DEV_TEST) -shared $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
+# Of the Python package: public functions alone can be seen from outside.
+$$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: pdcorr.h $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) $$(SHARED) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c $$< -o $$@ $$(LIBS)
 
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
 $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
