@@ -65,6 +65,15 @@ all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
 
 drivers: $(DRIVERS) ## build these and the programs of the reports
 
+# The package is complete in $(BUILD)/python: put that on PYTHONPATH, or pip install drivers/python.
+.PHONY: python
+python: $(foreach k,$(DIMS),$(BUILD)/python/pdcorr/libpdcorr$kd.so) ## build the Python package in build/python
+	cp drivers/python/pdcorr/*.py $(BUILD)/python/pdcorr
+
+.PHONY: declare
+declare: pdcorr.h ## write the declarations of the Python package; needs pycparser
+	python3 drivers/python/declare.py
+
 run: $(BUILD)/pd2d ## run the scene of the measured magnesium wire into out/
 	$(BUILD)/pd2d examples/scenes/mg_wire.scene --out out/mg_wire
 	@echo "measured and computed: out/mg_wire/volume_loss.png"; ls out/mg_wire/*_t12743.28s.png
@@ -275,6 +284,8 @@ SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 $(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
                                $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
+
+$(LOGS)/python.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
 
 # ---- the amalgam under every compiler at hand
 COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k)

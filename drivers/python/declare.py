@@ -2,7 +2,6 @@
 
     python3 declare.py            write it
     python3 declare.py --check    fail when it is not up to date
-    python3 declare.py --layout   print a C program that prints sizes and offsets, for the test
 
 Developers run it after a change of the header; it needs a C compiler ($CC or cc) and pycparser. The header is
 preprocessed once for each dimension. What differs between dimensions becomes a choice by `dim` in the output.
@@ -211,22 +210,7 @@ def output() -> str:
     return re.sub(r"\n\n\n+( +)", r"\n\n\1", "\n".join(lines))
 
 
-def layout() -> str:
-    """A C program that prints "struct size" and "struct.member offset"."""
-    unit = Unit(2)
-    lines = ['#include "pdcorr.h"', "#include <stdio.h>", "int main(void)", "{"]
-    for name, members in unit.structs.items():
-        lines += [f'    printf("{name} %d\\n", (int)sizeof({name}));']
-        lines += [f'    printf("{name}.{m} %d\\n", (int)offsetof({name}, {m}));' for m, _ in members]
-    for name, value in unit.constants.items():
-        lines += [f'    printf("{name} %d\\n", (int){name});']
-    return "\n".join([*lines, "    return 0;", "}", ""])
-
-
 def main() -> int:
-    if sys.argv[1:] == ["--layout"]:
-        print(layout())
-        return 0
     text = output()
     if sys.argv[1:] == ["--check"]:
         if OUTPUT.read_text(encoding="utf-8") == text:

@@ -99,6 +99,8 @@ class _Scene:
     def put(self, setup: Any, key: str, fn: Callable[..., float]) -> None:
         place = ["x", "y", "z"][: self.context.library.dim]
         names = ["C", "t", *place] if key == "rate" else place if key == "initial" else [*place, "t"]
+        # the library knows the keys: it is asked before the parameters are looked at
+        self.context.call("pd_setup_function", setup, key.encode(), self.context.types.pd_expr_fn(), None, 0)
         function, uses = self.context.function(fn, names, key)
         self.callbacks.append(function)
         self.context.call("pd_setup_function", setup, key.encode(), function, None, uses)
