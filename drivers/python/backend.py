@@ -27,8 +27,9 @@ def _library(dim: int, folder: Path) -> Path:
         return built
     path = folder / built.name
     for openmp in (["-fopenmp"], []):  # as far as the compiler has it
-        command = [*shlex.split(os.environ.get("CC", "cc")), *openmp, *FLAGS, f"-DPD_DIM={dim}", str(HEADER), "-o", str(path)]
-        done = subprocess.run([*command, "-lm"], check=False, capture_output=True, text=True)
+        compiler = shlex.split(os.environ.get("CC", "cc"))
+        command = [*compiler, *openmp, *FLAGS, f"-DPD_DIM={dim}", str(HEADER), "-o", str(path), "-lm"]
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
         if done.returncode == 0:
             return path
     raise RuntimeError(f"{' '.join(command)}\n{done.stderr}")

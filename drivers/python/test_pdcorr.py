@@ -68,7 +68,8 @@ class Declarations(unittest.TestCase):
 
     @unittest.skipUnless(has("pycparser"), "pycparser is not installed")
     def test_up_to_date(self):
-        done = subprocess.run([sys.executable, HERE / "declare.py", "--check"], capture_output=True, text=True, check=False)
+        command = [sys.executable, HERE / "declare.py", "--check"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_layout(self):
@@ -83,14 +84,15 @@ class Declarations(unittest.TestCase):
                          if name.startswith("PD_") and isinstance(v, int)}
             self.assertGreater(len(constants), 200)
             lines = [f'printf("{key} %lld\\n", (long long){self.c_value(key)});' for key in [*wanted, *constants]]
-            program = '#include "pdcorr.h"\n#include <stdio.h>\nint main(void)\n{\n%s\nreturn 0;\n}\n' % "\n".join(lines)
+            head = ['#include "pdcorr.h"', "#include <stdio.h>", "int main(void)", "{"]
+            program = "\n".join([*head, *lines, "return 0;", "}", ""])
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder, "layout.c")
                 path.write_text(program, encoding="utf-8")
                 compiler = shlex.split(os.environ.get("CC", "cc"))
-                subprocess.run([*compiler, "-std=c99", f"-DPD_DIM={dim}", f"-I{ROOT}", path, "-o", path.with_suffix("")],
-                               check=True)
-                said = subprocess.run([path.with_suffix("")], check=True, capture_output=True, text=True).stdout
+                binary = path.with_suffix("")
+                subprocess.run([*compiler, "-std=c99", f"-DPD_DIM={dim}", f"-I{ROOT}", path, "-o", binary], check=True)
+                said = subprocess.run([binary], check=True, capture_output=True, text=True).stdout
             found = {key: int(value) for key, value in (line.rsplit(" ", 1) for line in said.splitlines())}
             self.assertEqual(found, {**wanted, **constants})
 
@@ -165,7 +167,8 @@ class Steps(unittest.TestCase):
             self.assertEqual(names, sorted(p.name for p in Path(folder, "here").iterdir()))
             self.assertGreater(len(names), 5)
             for name in names:
-                self.assertEqual(Path(folder, "here", name).read_bytes(), Path(folder, "there", name).read_bytes(), name)
+                here, there = (Path(folder, way, name).read_bytes() for way in ("here", "there"))
+                self.assertEqual(here, there, name)
             tables = result.tables
             table = tables["total_all"] if "total_all" in tables else next(iter(tables.values()))
             self.assertEqual(table["time"][-1], 2 * HOUR)
@@ -215,7 +218,7 @@ class Fields(unittest.TestCase):
                 if dim > 1:
                     v = sim.field("v")
                     self.assertEqual(v.shape, (dim, *sizes[:dim]))
-                    self.assertAlmostEqual(v[0, 0].sum(), 0.01 * np.prod(sizes[1:dim]), delta=2e-3 * np.prod(sizes[1:dim]))
+                    self.assertAlmostEqual(v[0, 0].mean(), 0.01, delta=2e-3)
                     self.assertLess(np.abs(v[1, 3]).max(), v[0, 3].max())
 
     def test_a_field_stays_what_it_was(self):
@@ -269,8 +272,8 @@ class Errors(unittest.TestCase):
     def test_messages(self):
         for scene, status, message in (
                 ("nowhere.scene", pdcorr.Status.PD_ERR_FILE, "nowhere.scene: there is no such file"),
-                ("[grid] h = 1 um  box = 0 um .. 9 um\n[gird] m = 2\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:2: .*gird"),
-                (PIN + "[probe p] at = 1 m, 0 m  fields = C\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:12: at: found 1 m")):
+                ("[grid] h = 1 um  box = 0 um .. 9 um\n[gird]\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:2: .*gird"),
+                (PIN + "[probe p] at = 1 m, 0 m  fields = C\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:12: at: found 1")):
             with self.assertRaisesRegex(pdcorr.Error, message) as caught:
                 pdcorr.Sim(scene)
             self.assertEqual(caught.exception.status, status)
@@ -300,8 +303,8 @@ class Errors(unittest.TestCase):
             for key in ("a", "b"):
                 with self.assertRaisesRegex(KeyError, "expected one of time"):
                     table[key]
-            for text, message in (("", "no headings"), ("a,b\n1\n", ":2: found 1 fields"), ("a,b\n1,c\n", ":2: found 'c'"),
-                                  ("a,a\n1,2\n", "twice")):
+            for text, message in (("", "no headings"), ("a,b\n1\n", ":2: found 1 fields"),
+                                  ("a,b\n1,c\n", ":2: found 'c'"), ("a,a\n1,2\n", "twice")):
                 path.write_text(text, encoding="utf-8")
                 with self.assertRaisesRegex(ValueError, message):
                     pdcorr.read_table(path)
@@ -332,7 +335,8 @@ class Functions(unittest.TestCase):
 
     def test_what_enters_and_what_is_held(self):
         scene = PIN.replace("kind = solid   material = mg4ag", "kind = wall").replace("[dissolve]", "#")
-        scene = scene.replace("1e-9 m2/s", "1e-9 m2/s  time = steady").replace("until = 4 h", "").replace("every = 1 h", "")
+        for old, new in (("1e-9 m2/s", "1e-9 m2/s  time = steady"), ("until = 4 h", ""), ("every = 1 h", "")):
+            scene = scene.replace(old, new)
         with pdcorr.Sim(scene, functions={"x-.C": lambda y: 2.0 + 0 * y}) as sim:
             np.testing.assert_allclose(sim.field("C")[sim.field("kind") == pdcorr.Kind.FLUID], 2.0, rtol=1e-6)
         from math import erfc, sqrt
@@ -473,8 +477,8 @@ class Kernels(unittest.TestCase):
 
     def lattice(self, dim=2, **more):
         periodic = {axis + end: "periodic" for axis in "xyz"[:dim] for end in "-+"}
-        return pdcorr.Lattice([1e-6, 2e-6, 1e-6][:dim], [(0, n * h) for n, h in ((16, 1e-6), (12, 2e-6), (8, 1e-6))][:dim],
-                              sides=more.pop("sides", periodic), **more)
+        h = [1e-6, 2e-6, 1e-6][:dim]
+        return pdcorr.Lattice(h, [(0, n * d) for n, d in zip((16, 12, 8), h)], sides=more.pop("sides", periodic), **more)
 
     def test_laplacian_against_the_stencil(self):
         for dim in (1, 2, 3):
@@ -491,7 +495,8 @@ class Kernels(unittest.TestCase):
             wave = 2 * np.pi / (16e-6)
             f[...] = np.cos(wave * lattice.axes[0]).reshape(-1, *[1] * (dim - 1))
             symbol = (s.lap * (np.cos(wave * s.xi[:, 0]) - 1)).sum()
-            np.testing.assert_allclose(lattice.laplacian(f)[lattice.inside], symbol * f[lattice.inside], atol=1e-13 * scale)
+            lap = lattice.laplacian(f)
+            np.testing.assert_allclose(lap[lattice.inside], symbol * f[lattice.inside], atol=1e-13 * scale)
 
     def test_quadratics(self):
         lattice = pdcorr.Lattice((1.0, 0.5), ((-8, 8), (-4, 4)), m=2)
@@ -537,9 +542,10 @@ class Kernels(unittest.TestCase):
         self.assertEqual(len(ports.csr(mask=some).node), some[ports.inside].sum())
 
     def test_kinds(self):
-        lattice = self.lattice(solid=pdcorr.union(pdcorr.box((0, 0), (2e-6, 24e-6)), pdcorr.ball((10e-6, 12e-6), 1.1e-6)),
-                               wall=pdcorr.intersect(pdcorr.complement(pdcorr.half_space((14e-6, 0), (1, 0))),
-                                                     pdcorr.cylinder(2, (15e-6, 6e-6), 5e-6)))
+        beyond = pdcorr.complement(pdcorr.half_space((14e-6, 0), (1, 0)))
+        lattice = self.lattice(
+            solid=pdcorr.union(pdcorr.box((0, 0), (2e-6, 24e-6)), pdcorr.ball((10e-6, 12e-6), 1.1e-6)),
+            wall=pdcorr.intersect(beyond, pdcorr.cylinder(2, (15e-6, 6e-6), 5e-6)))
         kind = lattice.kind[lattice.inside]
         x, y = np.meshgrid(lattice.axes[0][lattice.inside[0]], lattice.axes[1][lattice.inside[1]], indexing="ij")
         solid = (x < 2e-6) | (np.hypot(x - 10e-6, y - 12e-6) < 1.1e-6)
@@ -554,8 +560,10 @@ class Kernels(unittest.TestCase):
         frozen = lattice.zeros()
         frozen.flags.writeable = False
         for wrong, kind, message in (
-                (f.astype(np.float32), ValueError, "found float32"), (f.copy(order="C"), ValueError, "axis x the fastest"),
-                (f[1:], ValueError, r"found float64 \[21, 18\]"), (lattice.zeros(2), ValueError, r"found float64 \[2, 22, 18\]"),
+                (f.astype(np.float32), ValueError, "found float32"),
+                (f.copy(order="C"), ValueError, "axis x the fastest"),
+                (f[1:], ValueError, r"found float64 \[21, 18\]"),
+                (lattice.zeros(2), ValueError, r"found float64 \[2, 22, 18\]"),
                 (f.tolist(), TypeError, "found list"), (frozen, ValueError, "cannot be written")):
             with self.assertRaisesRegex(kind, message):
                 lattice.laplacian(wrong)

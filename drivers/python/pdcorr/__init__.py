@@ -5,11 +5,12 @@ Lattice: nodes, bonds and operators alone. All numbers are SI.
 """
 from ._declared import PD_VERSION as __version__
 from ._library import Error, Status
-from .lattice import Csr, Kind, Lattice, Shape, ball, box, complement, cylinder, difference, half_space, intersect, union
+from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
+                      intersect, union)
 from .sim import Frame, Ledger, Result, Sim, run
 from .table import Table, read_table
 
 __all__ = [
-    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Table", "ball", "box",
-    "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
+    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table", "ball",
+    "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
 ]

@@ -188,7 +188,8 @@ class Context:
         unknown = [p.name for p in parameters if p.name not in names and p.default is p.empty]
         if unknown or any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in parameters):
             found = ", ".join(str(p) for p in parameters)
-            raise ValueError(f"a function for {what!r}: found parameters ({found}), expected some of {', '.join(names)}")
+            raise ValueError(f"a function for {what!r}: found parameters ({found}), expected some of"
+                             f" {', '.join(names)}")
         places = [(p.name, names.index(p.name)) for p in parameters if p.name in names]
         guard = self.guard
 

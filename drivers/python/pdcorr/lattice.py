@@ -112,7 +112,7 @@ def _size(shape: Shape) -> int:
 
 
 class Stencil(NamedTuple):
-    """The family of a node whose family is whole, by bond. lap f = sum lap (f_j - f_i), grad f = sum grad (f_j - f_i)."""
+    """The bonds of a whole family. lap f = sum lap (f_j - f_i), grad f = sum grad (f_j - f_i)."""
 
     offset: np.ndarray  # [count, dim] in cells
     xi: np.ndarray  # [count, dim] [m]
@@ -168,7 +168,8 @@ class Lattice:
                  sides: Mapping[str, str] | None = None, solid: Shape | None = None, wall: Shape | None = None,
                  axisymmetric: bool = False, threads: int = 0):
         if len(h) != len(box) or any(len(ends) != 2 for ends in box):
-            raise ValueError(f"box: found {len(box)} ranges, expected a low and a high end for each of {len(h)} spacings")
+            raise ValueError(f"box: found {len(box)} ranges, expected a low and a high end for each of {len(h)}"
+                             " spacings")
         self._context = Context(len(h), threads)
         self.dim = len(h)
         types = self._context.types
@@ -250,7 +251,8 @@ class Lattice:
             raise TypeError(f"{name}: found {type(array).__name__}, {expected}")
         flat = np.moveaxis(array, 0, -1) if vector and array.ndim == len(shape) else array
         if array.dtype != np.float64 or array.shape != shape or not flat.flags.f_contiguous or not array.flags.aligned:
-            raise ValueError(f"{name}: found {array.dtype} {list(array.shape)} with strides {array.strides}, {expected}")
+            raise ValueError(f"{name}: found {array.dtype} {list(array.shape)} with strides {array.strides},"
+                             f" {expected}")
         if not array.flags.writeable:
             raise ValueError(f"{name}: found a field that cannot be written, expected one that can: ghosts are filled")
         return cast(array.ctypes.data, POINTER(c_double))
@@ -262,7 +264,7 @@ class Lattice:
         return out
 
     def fill_ghosts(self, f: np.ndarray) -> np.ndarray:
-        """Ghosts behind periodic and mirror sides get the values that they stand for; of a vector behind outlets, too."""
+        """Ghosts behind periodic and mirror sides get what they stand for; those of a vector behind outlets, too."""
         self._filled(f, "f", self.dim > 1 and np.ndim(f) > self.dim)
         return f
 

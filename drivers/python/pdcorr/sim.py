@@ -53,7 +53,8 @@ def _override(key: str, value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return f"{key}={', '.join(map(str, value))}"
     if not isinstance(value, (str, int, float, np.number)):
-        raise TypeError(f"{key}: found {type(value).__name__}, expected a text such as '10 um', a number or a list of them")
+        raise TypeError(f"{key}: found {type(value).__name__}, expected a text such as '10 um', a number or a list of"
+                        " them")
     return f"{key}={value}"
 
 

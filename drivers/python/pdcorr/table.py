@@ -60,7 +60,8 @@ def read_table(path: str | os.PathLike) -> Table:
         try:
             rows.append([float(field) for field in fields])
         except ValueError as error:
-            raise ValueError(f"{path}:{k}: found {error.args[0].rsplit(':', 1)[-1].strip()}, expected a number") from None
+            found = str(error).rsplit(":", 1)[-1].strip()
+            raise ValueError(f"{path}:{k}: found {found}, expected a number") from None
         if len(fields) != len(names):
             raise ValueError(f"{path}:{k}: found {len(fields)} fields, expected {len(names)}")
     if not names:
