@@ -270,10 +270,11 @@ class Errors(unittest.TestCase):
     """Messages of the library, and of the package."""
 
     def test_messages(self):
+        wrong = pdcorr.Status.PD_ERR_ARGUMENT
         for scene, status, message in (
                 ("nowhere.scene", pdcorr.Status.PD_ERR_FILE, "nowhere.scene: there is no such file"),
-                ("[grid] h = 1 um  box = 0 um .. 9 um\n[gird]\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:2: .*gird"),
-                (PIN + "[probe p] at = 1 m, 0 m  fields = C\n", pdcorr.Status.PD_ERR_ARGUMENT, "scene:12: at: found 1")):
+                ("[grid] h = 1 um  box = 0 um .. 9 um\n[gird]\n", wrong, "scene:2: .*gird"),
+                (PIN + "[probe p] at = 1 m, 0 m  fields = C\n", wrong, "scene:12: at: found 1 m on axis x")):
             with self.assertRaisesRegex(pdcorr.Error, message) as caught:
                 pdcorr.Sim(scene)
             self.assertEqual(caught.exception.status, status)
@@ -478,7 +479,8 @@ class Kernels(unittest.TestCase):
     def lattice(self, dim=2, **more):
         periodic = {axis + end: "periodic" for axis in "xyz"[:dim] for end in "-+"}
         h = [1e-6, 2e-6, 1e-6][:dim]
-        return pdcorr.Lattice(h, [(0, n * d) for n, d in zip((16, 12, 8), h)], sides=more.pop("sides", periodic), **more)
+        box = [(0, n * d) for n, d in zip((16, 12, 8), h)]
+        return pdcorr.Lattice(h, box, sides=more.pop("sides", periodic), **more)
 
     def test_laplacian_against_the_stencil(self):
         for dim in (1, 2, 3):

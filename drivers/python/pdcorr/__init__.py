@@ -11,6 +11,6 @@ from .sim import Frame, Ledger, Result, Sim, run
 from .table import Table, read_table
 
 __all__ = [
-    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table", "ball",
-    "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
+    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table",
+    "ball", "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
 ]

@@ -59,8 +59,6 @@ class Library:
         finally:
             for name in added:
                 del os.environ[name]
-        if ctypes.sizeof(self.types.pd_ctx) < ctypes.sizeof(ctypes.c_void_p):
-            raise ImportError("declarations without a context")
 
     def __getattr__(self, name: str) -> Any:
         """A public function by its name without the dimension."""
