@@ -68,7 +68,7 @@ drivers: $(DRIVERS) ## build these and the programs of the reports
 # The package is complete in $(BUILD)/python: put that on PYTHONPATH, or pip install drivers/python.
 .PHONY: python
 python: $(foreach k,$(DIMS),$(BUILD)/python/pdcorr/libpdcorr$kd.so) ## build the Python package in build/python
-	cp drivers/python/pdcorr/*.py $(BUILD)/python/pdcorr
+	cp drivers/python/pdcorr/*.py drivers/python/pdcorr/py.typed $(BUILD)/python/pdcorr
 
 .PHONY: declare
 declare: pdcorr.h ## write the declarations of the Python package; needs pycparser

@@ -227,5 +227,5 @@ TEST(functions_that_are_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(functions_of_the_caller) ENTRY(functions_of_an_inlet)
-              ENTRY(functions_that_are_refused))
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(functions_of_the_caller)
+              SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))

@@ -49,7 +49,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     tag = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
     info, name = f"pdcorr-{version}.dist-info", f"pdcorr-{version}-{tag}.whl"
     with tempfile.TemporaryDirectory() as folder:
-        files = {f"pdcorr/{path.name}": path.read_bytes() for path in sorted((HERE / "pdcorr").glob("*.py"))}
+        files = {f"pdcorr/{path.name}": path.read_bytes() for path in sorted((HERE / "pdcorr").glob("*.py*"))}
         for dim in (1, 2, 3):
             path = _library(dim, Path(folder))
             files[f"pdcorr/{path.name}"] = path.read_bytes()

@@ -11,6 +11,7 @@ import tempfile
 import threading
 import time
 import unittest
+import unittest.mock
 from ctypes import Structure, sizeof
 from pathlib import Path
 
@@ -18,7 +19,7 @@ import numpy as np
 
 import pdcorr
 from pdcorr import _declared
-from pdcorr._library import load
+from pdcorr._library import Context, load
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -258,12 +259,22 @@ class Fields(unittest.TestCase):
         self.assertEqual(repr(sim), "<Sim: closed>")
 
     def test_no_memory_leaks_where_building_fails(self):
-        with self.assertRaises(pdcorr.Error) as caught:
-            pdcorr.Sim(PIN, m="0.3")
-        self.assertLess(caught.exception.status, 0)
-        with self.assertRaises(pdcorr.Error) as caught:
-            pdcorr.Sim(PIN, memory_limit=200000)
-        self.assertEqual(caught.exception.status, pdcorr.Status.PD_ERR_LIMIT)
+        contexts = []
+
+        def make(*arguments):
+            contexts.append(Context(*arguments))
+            return contexts[-1]
+
+        with unittest.mock.patch("pdcorr.sim.Context", make):
+            for arguments, status in (({"m": "0.3"}, "PD_ERR_ARGUMENT"), ({"memory_limit": 200000}, "PD_ERR_LIMIT"),
+                                      ({"h": "7 um"}, "PD_ERR_ARGUMENT")):
+                with self.assertRaises(pdcorr.Error) as caught:
+                    pdcorr.Sim(PIN, **arguments)
+                self.assertEqual(caught.exception.status, pdcorr.Status[status])
+                with self.assertRaises(pdcorr.Error):
+                    pdcorr.run(PIN, dry=True, **arguments)
+        gc.collect()
+        self.assertEqual([context.in_use for context in contexts], [0] * 6)
 
 
 class Errors(unittest.TestCase):

@@ -148,16 +148,17 @@ class Context:
     def call(self, name: str, *arguments) -> Status:
         """Call a function whose first argument is the context. Raises what it fails with, or what Python code in it
         raised."""
-        if not self._lock.acquire(blocking=False):
-            raise Error(Status.PD_ERR_ARGUMENT, f"{name}: found a call within a call or of another thread, expected one"
-                                                " after the other for each simulation or lattice")
-        try:
-            with self.guard.interrupts():
-                status = getattr(self.library, name)(self.struct, *arguments)
-        finally:
-            self._lock.release()
-            raised = self.guard.take()
-            self.collect()
+        function = getattr(self.library, name)
+        with self.guard.interrupts():  # around the lock, which no interrupt leaves locked
+            if not self._lock.acquire(blocking=False):
+                raise Error(Status.PD_ERR_ARGUMENT, f"{name}: found a call within a call or of another thread, expected"
+                                                    " one after the other for each simulation or lattice")
+            try:
+                status = function(self.struct, *arguments)
+            finally:
+                self._lock.release()
+        raised = self.guard.take()
+        self.collect()
         if raised is not None:
             raise raised
         if status is not None and status < 0:

@@ -269,7 +269,7 @@ class Sim:
         """An output field (C, v, p, kind, grain, phase, D, rate, density, damage and others) as it is now.
 
         [nx, ny, nz] [unit of label(name)], as many axes as the scene has: field[i, j] is the cell i along x and j along
-        y. v is [dim, nx, ny, nz]. Axis x is the fastest in memory. The array is over memory of the library, without a
+        y. v is [dim, nx, ny, nz]; of displacements, u, it is the length. Axis x is the fastest in memory. The array is over memory of the library, without a
         copy; it is the caller's own: later steps and close() leave it as it is.
         """
         sim, found = self._open(), self._context.types.pd_view()
@@ -398,8 +398,8 @@ class Result:
     volume_loss: float  # [-]
     ledger: float  # [-] worst imbalance
     residual: float  # [-] of the last flow solve
-    front: float | None  # [m] depth of a front in 1D
-    flux: float | None  # [-] flow far downstream against far upstream
+    front: float | None  # [m] bond-based corrosion: how far metal has turned fluid
+    flux: float | None  # [-] worst deviation of the flow far downstream from that far upstream
     unknowns: int
     unsolved: int  # steps in which a linear solver missed its tolerance
     bytes_per_node: float
