@@ -266,7 +266,7 @@ class Fields(unittest.TestCase):
             return contexts[-1]
 
         with unittest.mock.patch("pdcorr.sim.Context", make):
-            for arguments, status in (({"m": "0.3"}, "PD_ERR_ARGUMENT"), ({"memory_limit": 200000}, "PD_ERR_LIMIT"),
+            for arguments, status in (({"m": "0.3"}, "PD_ERR_PARSE"), ({"memory_limit": 200000}, "PD_ERR_LIMIT"),
                                       ({"h": "7 um"}, "PD_ERR_ARGUMENT")):
                 with self.assertRaises(pdcorr.Error) as caught:
                     pdcorr.Sim(PIN, **arguments)
