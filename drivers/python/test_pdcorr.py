@@ -353,7 +353,7 @@ class Functions(unittest.TestCase):
             np.testing.assert_allclose(sim.field("C")[sim.field("kind") == pdcorr.Kind.FLUID], 2.0, rtol=1e-6)
         from math import erfc, sqrt
 
-        with pdcorr.Sim(SLAB, functions={"x-.C": lambda t: sqrt(t)}) as sim:  # Carslaw and Jaeger, 2.5 (6)
+        with pdcorr.Sim(SLAB, functions={"x-.C": lambda t: sqrt(t)}) as sim:  # Carslaw and Jaeger, section 2.5
             sim.run_to(0.5)
             z = sim.axes[0] / sqrt(4 * 1e-9 * 0.5)
             exact = sqrt(0.5) * np.array([np.exp(-s * s) - sqrt(np.pi) * s * erfc(s) for s in z])
