@@ -586,8 +586,8 @@ static const entry builds[] = {
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
 };
 #undef ROW
-/* others: what is read from files, and a second build of one type */
-enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 5 };
+/* others: what is read from files and texts, and a second build of one type */
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 6 };
 
 static int all_zero(const void *object, size_t size)
 {
