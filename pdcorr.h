@@ -219,6 +219,8 @@
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
  *                          stay
+ *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
+ *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -270,8 +272,12 @@
 #define PDI_PRIVATE static
 #endif
 
+#if defined(PDCORR_STATIC) && defined(PD_API)
+#error "pdcorr: define PDCORR_STATIC or PD_API, not both: one hides what the other offers"
+#endif
 #ifdef PDCORR_STATIC
 #define PD_API PDI_PRIVATE
+#elif defined(PD_API)
 #elif defined(__cplusplus)
 #define PD_API extern "C"
 #else
@@ -7517,6 +7523,10 @@ typedef struct pd_expr_desc {
     int column;        /* of the first character of text in messages; 0: 1 */
 } pd_expr_desc;
 
+/* A function of the caller in the place of an expression: its value for the variables, all in SI. Several threads may
+ * ask at a time. */
+typedef double (*pd_expr_fn)(void *user, const double *vars);
+
 typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
     double *value; /* [value_count] constants [unit of each in SI] */
@@ -7524,6 +7534,8 @@ typedef struct pd_expr {
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
     const pd_expr_table *tables; /* those of desc */
+    pd_expr_fn fn; /* in the place of the code; NULL: none */
+    void *user;
 } pd_expr;
 
 #ifdef PDI_INTERNAL
@@ -8034,12 +8046,26 @@ typedef struct pd_setup {
 } pd_setup;
 
 #define pd_setup_free PD_NAME(pd_setup_free)
+#define pd_setup_function PD_NAME(pd_setup_function)
 
 #ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
 #endif
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
+/* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
+ *
+ *   key      value                                      variables
+ *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m]
+ *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
+ *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
+ *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
+ *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
+ *
+ * and so on for x+, y-, ... A coordinate for each axis. A checkpoint does not know functions. PD_ERR_ARGUMENT: no such
+ * key, or the scene does not give that value. */
+PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
+                                   uint32_t uses);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
@@ -8435,17 +8461,14 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
 #define PD_SCENE_H
 
 #define pd_scene_read PD_NAME(pd_scene_read)
+#define pd_scene_parse PD_NAME(pd_scene_parse)
 
 /* Read the file, apply `count` overrides ("key=value", "section.key=value"), check everything that can be checked
  * without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
-
-#ifdef PDI_INTERNAL
-/* Read the text `bytes`, or the file at `path` where it is NULL; `path` stands in messages, and files that the scene
- * names are looked for beside it. */
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                 int count, pd_setup *setup);
-#endif
+/* The same of a text; `path` stands in messages, and files that the scene names are looked for beside it. */
+PD_API pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
+                                int count, pd_setup *setup);
 
 #endif
 
@@ -9042,14 +9065,19 @@ typedef struct pd_sim {
 } pd_sim;
 
 #define pd_sim_open PD_NAME(pd_sim_open)
+#define pd_sim_start PD_NAME(pd_sim_start)
 #define pd_sim_step PD_NAME(pd_sim_step)
 #define pd_sim_field PD_NAME(pd_sim_field)
+#define pd_sim_keep PD_NAME(pd_sim_keep)
+#define pd_sim_release PD_NAME(pd_sim_release)
 #define pd_sim_close PD_NAME(pd_sim_close)
 
 /* scene: the path of a scene file, or the text of a scene, which has a newline in it. `count` overrides as for
  * pd_scene_read. The flow is solved and the balance opened: fields are there. The errors of the reader, of the builders
  * and of the first flow solve. */
 PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
+/* The second half of it: sim is zero but for its setup, which the caller has read, and changed, and which it takes. */
+PD_API pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim);
 /* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_couple_step; PD_ERR_ARGUMENT:
  * t_limit lies not ahead. */
 PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
@@ -9057,6 +9085,11 @@ PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
  * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
  * has none. */
 PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view);
+/* The values of a view stay as they are until pd_sim_release, also when the simulation is closed; the next view of the
+ * field has others. */
+PD_API void pd_sim_keep(pd_sim *sim, const pd_view *view);
+/* Free the values of a view that was kept. */
+PD_API void pd_sim_release(pd_ctx *ctx, pd_view *view);
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 
 #endif
@@ -45944,6 +45977,7 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK];
     int top = 0;
+    if (expr->fn) return expr->fn(expr->user, vars);
     for (int k = 0; k < expr->code_count; k++) {
         int op = expr->code[k] & 255, index = expr->code[k] >> 8;
         if (op == PDI_EXPR_CONST) {
@@ -46897,6 +46931,64 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
     pdi_setup_forget(ctx, setup);
     memset(setup, 0, sizeof *setup);
+}
+
+static pd_status pdi_setup_no_function(pd_ctx *ctx, const char *key, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
+}
+
+/* The expression of a side, which is made ready for a function. */
+static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side, pd_expr **expr)
+{
+    const char *name = key + 3;
+    int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
+    if (strcmp(name, "mean") == 0) {
+        if (!inlet || side->profile == PD_PROFILE_EXPRESSION)
+            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola");
+        side->flow_rate = 0.0;
+        *expr = &side->stream;
+        return PD_OK;
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
+        *expr = &side->velocity[d];
+        if (inlet && side->profile == PD_PROFILE_EXPRESSION) return PD_OK;
+        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression");
+    }
+    if (strcmp(name, "C") != 0)
+        return pdi_setup_no_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
+    *expr = side->holds ? &side->held : &side->entering;
+    if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
+        return pdi_setup_no_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
+    for (int k = 0; k < u->monitors && !side->holds; k++)
+        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_AGAINST_INLET)
+            return pdi_setup_no_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
+    u->enters = u->enters || !side->holds;
+    return PD_OK;
+}
+
+pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+{
+    pd_expr *expr = NULL;
+    if (strcmp(key, "rate") == 0) {
+        if (!u->has_dissolve || u->metals != 1)
+            return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
+        u->metal[0].rate_scale = 1.0;
+        expr = &u->metal[0].rate;
+    } else if (strcmp(key, "initial") == 0) {
+        if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
+        expr = &u->initial;
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (strncmp(key, pdi_setup_sides[s], 2) == 0 && key[2] == '.')
+            PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
+    if (!expr)
+        return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+    expr->fn = fn;
+    expr->user = user;
+    expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    return PD_OK;
 }
 
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
@@ -50255,7 +50347,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+/* Of the text `bytes`, or of the file at `path` where it is NULL. */
+static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                  int count, pd_setup *setup)
 {
     pd_text text;
@@ -50275,6 +50368,12 @@ PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *byte
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
     return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
+}
+
+pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
+                         pd_setup *setup)
+{
+    return pdi_scene_build(ctx, path, text, overrides, count, setup);
 }
 
 /* ======== >>run/inlet.c ======== */
@@ -50575,7 +50674,8 @@ PDI_FN double pdi_inlet_entering(void *user, const double *x)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
         int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
-        if (u->side[s].entering.code && there) return pdi_setup_eval(&u->side[s].entering, x, inlet->time);
+        const pd_expr *entering = &u->side[s].entering;
+        if ((entering->code || entering->fn) && there) return pdi_setup_eval(entering, x, inlet->time);
     }
     return u->inlet;
 }
@@ -54735,13 +54835,16 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim)
 {
     memset(sim, 0, sizeof *sim);
-    pd_status status = strchr(scene, '\n') ? pdi_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
+    pd_status status = strchr(scene, '\n') ? pd_scene_parse(ctx, "scene", scene, overrides, count, &sim->setup)
                                            : pd_scene_read(ctx, scene, overrides, count, &sim->setup);
-    if (status < 0) {
-        memset(sim, 0, sizeof *sim);
-        return status;
-    }
-    status = pdi_sim_build(ctx, sim);
+    if (status >= 0) return pd_sim_start(ctx, sim);
+    memset(sim, 0, sizeof *sim);
+    return status;
+}
+
+pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
+{
+    pd_status status = pdi_sim_build(ctx, sim);
     if (status >= 0) status = pd_couple_start(ctx, &sim->model.couple);
     if (status < 0) {
         pd_sim_close(ctx, sim);
@@ -54804,6 +54907,19 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
         view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
     }
     return PD_OK;
+}
+
+void pd_sim_keep(pd_sim *sim, const pd_view *view)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (sim->field[k] == view->data) sim->field[k] = NULL;
+}
+
+void pd_sim_release(pd_ctx *ctx, pd_view *view)
+{
+    double *data = (double *)view->data; /* was allocated as such */
+    PDI_DELETE(ctx, view->components * view->part, data);
+    memset(view, 0, sizeof *view);
 }
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
