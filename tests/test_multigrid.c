@@ -311,8 +311,8 @@ TEST(advection)
     }
 }
 
-/* A stream that leaves the lower half of the last axis still: coarser levels have that half alone, whatever its share. A
- * stream everywhere needs none. */
+/* A stream that leaves the lower half of the last axis still: coarser levels have that half alone. A stream everywhere
+ * needs none. */
 TEST(coarser_levels_where_sweeps_do_not_do)
 {
     for (int still = 0; still < 2; still++) {

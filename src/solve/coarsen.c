@@ -12,8 +12,8 @@
 #define PDI_COARSEN_FLOOR 1e-6f
 /* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
-/* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps leave
- * less than that share of a uniform error there. */
+/* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps
+ * leave less than that share of a uniform error there. */
 #define PDI_COARSEN_HELD 0.1f
 #define PDI_COARSEN_PAIRS 4
 #define PDI_COARSEN_LEFT 0.3f
