@@ -2059,6 +2059,7 @@ PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_lev
 #ifdef PDI_INTERNAL
 typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
+    int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
 } pdi_coarsen;
 
@@ -16624,7 +16625,7 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
     for (int32_t c = first; c < end; c++) {
         level->parent[c] = PDI_COARSEN_NONE;
-        if (pdi_coarsen_alone(level, c) || (!how->symmetric && pdi_coarsen_held(level, c))) continue;
+        if (pdi_coarsen_alone(level, c) || (!how->all && pdi_coarsen_held(level, c))) continue;
         PDI_COARSEN_LINKS(level, c, k, link)
         {
             level->parent[c] = PDI_COARSEN_ROOT;
@@ -16658,7 +16659,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
-    if (!how->symmetric) pdi_coarsen_try(ctx, how, level);
+    if (!how->all) pdi_coarsen_try(ctx, how, level);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         pdi_coarsen_strengths(how, level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
@@ -17234,21 +17235,31 @@ static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
     pdi_coarsen how;
     how.symmetric = mg->desc.symmetric;
     how.contrast = mg->desc.contrast;
+    how.all = mg->desc.symmetric;
     how.mark = mg->mark;
     return how;
 }
 
-static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_multigrid *mg)
 {
-    pdi_coarsen how = pdi_multigrid_how(mg);
-    for (int l = 0; pdi_coarsen_choose(ctx, &how, &mg->level[l]); l++) {
+    mg->levels = 1;
+    for (int l = 0; pdi_coarsen_choose(ctx, how, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         PDI_TRY(pdi_poll(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_level(ctx, &how, &mg->level[l], &mg->level[l + 1]));
+        PDI_TRY(pdi_coarsen_level(ctx, how, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
+}
+
+static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+{
+    pdi_coarsen how = pdi_multigrid_how(mg), all = how;
+    all.all = 1;
+    /* a later setup may need the room of all cells, and steps take no memory */
+    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    return pdi_multigrid_levels(ctx, &how, mg);
 }
 
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
@@ -17275,7 +17286,6 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
-    mg->levels = 1;
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);

@@ -130,7 +130,7 @@ static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_leve
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
     for (int32_t c = first; c < end; c++) {
         level->parent[c] = PDI_COARSEN_NONE;
-        if (pdi_coarsen_alone(level, c) || (!how->symmetric && pdi_coarsen_held(level, c))) continue;
+        if (pdi_coarsen_alone(level, c) || (!how->all && pdi_coarsen_held(level, c))) continue;
         PDI_COARSEN_LINKS(level, c, k, link)
         {
             level->parent[c] = PDI_COARSEN_ROOT;
@@ -164,7 +164,7 @@ PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoo
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
-    if (!how->symmetric) pdi_coarsen_try(ctx, how, level);
+    if (!how->all) pdi_coarsen_try(ctx, how, level);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
         pdi_coarsen_strengths(how, level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),

@@ -10,6 +10,7 @@
 #ifdef PDI_INTERNAL
 typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
+    int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
 } pdi_coarsen;
 

@@ -275,21 +275,31 @@ static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
     pdi_coarsen how;
     how.symmetric = mg->desc.symmetric;
     how.contrast = mg->desc.contrast;
+    how.all = mg->desc.symmetric;
     how.mark = mg->mark;
     return how;
 }
 
-static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_multigrid *mg)
 {
-    pdi_coarsen how = pdi_multigrid_how(mg);
-    for (int l = 0; pdi_coarsen_choose(ctx, &how, &mg->level[l]); l++) {
+    mg->levels = 1;
+    for (int l = 0; pdi_coarsen_choose(ctx, how, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         PDI_TRY(pdi_poll(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_level(ctx, &how, &mg->level[l], &mg->level[l + 1]));
+        PDI_TRY(pdi_coarsen_level(ctx, how, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
+}
+
+static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+{
+    pdi_coarsen how = pdi_multigrid_how(mg), all = how;
+    all.all = 1;
+    /* a later setup may need the room of all cells, and steps take no memory */
+    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    return pdi_multigrid_levels(ctx, &how, mg);
 }
 
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
@@ -316,7 +326,6 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
-    mg->levels = 1;
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
