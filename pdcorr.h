@@ -2061,6 +2061,7 @@ typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
     int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
+    int32_t lines;           /* along axis 0 of level 0 */
 } pdi_coarsen;
 
 /* The same view of the links of all levels; only setups use it. */
@@ -16753,7 +16754,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     coarse->red = how->symmetric ? offset[1] : 0;
     if (how->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    /* as many as there can be, whichever axes are halved */
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, how->lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }
@@ -17237,6 +17239,7 @@ static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
     how.contrast = mg->desc.contrast;
     how.all = mg->desc.symmetric;
     how.mark = mg->mark;
+    how.lines = mg->level[0].cells / mg->level[0].n[0];
     return how;
 }
 

@@ -258,7 +258,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     coarse->red = how->symmetric ? offset[1] : 0;
     if (how->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    /* as many as there can be, whichever axes are halved */
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, how->lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }

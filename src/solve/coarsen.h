@@ -12,6 +12,7 @@ typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
     int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
+    int32_t lines;           /* along axis 0 of level 0 */
 } pdi_coarsen;
 
 /* The same view of the links of all levels; only setups use it. */

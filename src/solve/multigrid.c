@@ -277,6 +277,7 @@ static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
     how.contrast = mg->desc.contrast;
     how.all = mg->desc.symmetric;
     how.mark = mg->mark;
+    how.lines = mg->level[0].cells / mg->level[0].n[0];
     return how;
 }
 
