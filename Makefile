@@ -123,7 +123,8 @@ test-hard: ## the hard cases with their long sweeps: tens of minutes
 
 tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
-amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/
+amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/, and the templates in it from examples/scenes/templates/
+	sh tools/templates.sh
 	$(BUILD)/amalgamate src LICENSE pdcorr.h
 
 lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modules

@@ -2,7 +2,7 @@
  *
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
  *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--quiet]
- *        [--check] [--help]
+ *        [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -39,6 +39,9 @@ typedef struct options {
     double memory;   /* [byte] limit; 0: none */
     const char *ranges[PD_LEAST_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
     int range_count;
+    int begins, asks;          /* --new, --keys */
+    const char *begin, *ask;   /* what stands behind them, NULL: nothing */
+    int version;
 } options;
 
 typedef struct screen {
@@ -222,7 +225,7 @@ static void help(const char *program)
 {
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
            "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N]\n"
-           "     [--memory-limit SIZE] [--quiet] [--check] [--help]\n\n"
+           "     [--memory-limit SIZE] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -250,12 +253,98 @@ static void help(const char *program)
            "                 (run001, ...); several give all combinations; sweep.csv and sweep.png hold all\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
-           "                 --resume would be refused for; run and write nothing\n\n"
+           "                 --resume would be refused for; run and write nothing\n"
+           "  --new NAME     print a commented scene to begin with; without NAME: which there are\n"
+           "  --keys SECTION\n"
+           "                 print the keys of a section, with units and defaults; without SECTION: which there are\n"
+           "  --version      print the version\n"
+           "  --help         print this text\n\n"
            "SIGINT (Ctrl-C) and SIGTERM stop a run within a second, with a checkpoint of the last step that is done;\n"
            "another one, a second or more later, at once.\n"
            "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume\n"
            "goes on.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
+}
+
+/* ---- what a scene is made of ---- */
+
+enum { COLUMNS = 100 };
+
+/* The text without its backquotes, in lines that begin with `indent` blanks. */
+static void print_text(const char *text, int indent)
+{
+    int column = 0;
+    while (*text) {
+        int bytes = (int)strcspn(text, " "), quotes = 0;
+        for (int k = 0; k < bytes; k++) quotes += text[k] == '`';
+        if (column && column + 1 + bytes - quotes > COLUMNS) {
+            printf("\n");
+            column = 0;
+        }
+        column += printf("%*s", column ? 1 : indent, "");
+        for (int k = 0; k < bytes; k++)
+            if (text[k] != '`') column += printf("%c", text[k]);
+        text += bytes;
+        text += strspn(text, " ");
+    }
+    printf("\n");
+}
+
+static void print_default(const char *text)
+{
+    for (; *text; text++)
+        if (*text != '`') printf("%c", *text);
+    printf("\n");
+}
+
+static void print_section(const pd_key_section *s)
+{
+    printf("[%s%s%s]  %s\n", s->name, s->label[0] ? " " : "", s->label, s->meaning);
+    for (int k = 0; k < s->count; k++) {
+        const pd_key *key = &s->key[k];
+        printf("\n  %-28s unit %-9s %s", key->keys, key->unit, strncmp(key->fallback, "required", 8) ? "default " : "");
+        print_default(key->fallback);
+        print_text(key->meaning, 6);
+    }
+}
+
+static int keys(const options *o)
+{
+    char list[512] = "";
+    int count;
+    const pd_key_section *s = pd_keys(&count);
+    for (int k = 0; k < count; k++) {
+        char title[64];
+        snprintf(title, sizeof title, "[%s%s%s]", s[k].name, s[k].label[0] ? " " : "", s[k].label);
+        if (!o->ask) printf("%-18s %s\n", title, s[k].meaning);
+        else if (strcmp(s[k].name, o->ask) == 0) {
+            print_section(&s[k]);
+            return 0;
+        }
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", s[k].name);
+    }
+    if (!o->ask) return 0;
+    fprintf(stderr, "%s: --keys: found '%.60s', expected one of %s\n", o->program, o->ask, list);
+    return 2;
+}
+
+static int begin(const options *o)
+{
+    char list[512] = "";
+    int count;
+    const pd_template *t = pd_templates(&count);
+    for (int k = 0; k < count; k++) {
+        if (!o->begin) printf("%s\n", t[k].name);
+        else if (strcmp(t[k].name, o->begin) == 0) {
+            for (int line = 0; t[k].line[line]; line++) printf("%s\n", t[k].line[line]);
+            return 0;
+        }
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", t[k].name);
+    }
+    if (!o->begin) return 0;
+    fprintf(stderr, "%s: --new: found '%.60s', expected one of %s, which there are in %dD\n", o->program, o->begin,
+            list, PD_DIM);
+    return 2;
 }
 
 static int usage(const options *o, const char *what, const char *found)
@@ -266,6 +355,12 @@ static int usage(const options *o, const char *what, const char *found)
 
 /* The text behind an option that takes one; "" when there is none. */
 static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : ""; }
+
+/* The word behind an option that may stand alone, NULL: it does. */
+static const char *word_of(int argc, char **argv, int *k)
+{
+    return *k + 1 < argc && argv[*k + 1][0] != '-' ? argv[++*k] : NULL;
+}
 
 /* "1%", "0.1 %" or "0.01" */
 static int parse_share(const char *text, double *value)
@@ -362,6 +457,14 @@ static int parse(int argc, char **argv, options *o)
         } else if (strcmp(a, "--memory-limit") == 0) {
             if (!parse_memory(value_of(argc, argv, &k), &o->memory))
                 return usage(o, "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB", "");
+        } else if (strcmp(a, "--new") == 0) {
+            o->begins = 1;
+            o->begin = word_of(argc, argv, &k);
+        } else if (strcmp(a, "--keys") == 0) {
+            o->asks = 1;
+            o->ask = word_of(argc, argv, &k);
+        } else if (strcmp(a, "--version") == 0) {
+            o->version = 1;
         } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
         else if (strchr(a, '=')) {
             if (o->count == MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
@@ -373,7 +476,9 @@ static int parse(int argc, char **argv, options *o)
     if (o->sweep_count && (o->check || o->resume || o->estimate || o->range_count || o->data))
         return usage(o, "--sweep goes without --check, --resume, --estimate-error, --accuracy, --fit and --to: a run of"
                         " it goes on by itself, with its values and --out", "");
-    return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
+    if ((o->begins || o->asks) && o->scene) return usage(o, "--new and --keys go without a scene, found ", o->scene);
+    if (o->begins && o->asks) return usage(o, "--new and --keys together, expected one of them", "");
+    return o->scene || o->help || o->version || o->begins || o->asks ? 0 : usage(o, "no scene file given", "");
 }
 
 static int fail(const options *o, screen *s, const char *message, int status)
@@ -571,6 +676,12 @@ static int act(int argc, char **argv, options *o)
         help(o->program);
         return 0;
     }
+    if (o->version) {
+        printf("pdcorr %s\n", PD_VERSION);
+        return 0;
+    }
+    if (o->begins) return begin(o);
+    if (o->asks) return keys(o);
     if (o->threads != 1) calm_threads(argv);
     memset(&s, 0, sizeof s);
     s.quiet = o->quiet;
