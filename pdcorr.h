@@ -47280,8 +47280,7 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     PDI_TEXT_ROOM(ctx, text->asked, text->asked_count, text->asked_room);
     PDI_TRY(pdi_text_keep(ctx, text, key, strlen(key), &copy));
     text->asked[text->asked_count].key = copy;
-    text->asked[text->asked_count].group = group;
-    text->asked_count++;
+    text->asked[text->asked_count++].group = group;
     return PD_OK;
 }
 
@@ -47307,6 +47306,7 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
 {
     char title[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_ask(ctx, text, section, key));
+    (void)unit; /* where there are no assertions */
     PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, unit, fallback));
     pd_text_entry *e = pdi_text_entry_at(text, section, key);
     pdi_text_title(text, section, title);

@@ -122,7 +122,8 @@ static const char *const texts[] = {
     "[run] until = 1 us\n",
     BOX METAL "[side y+] flow = open\n[table f] file = t.csv  x = 1  y = 2  outside = error\n"
     "[corrode] current = 1 A/cm2  Csat = 5 mol/L  D = 1e-9 m2/s  rate_scale = 1  bulk = 0  drive = difference\n"
-    "kernel = square  weights = printed  repassivation = 1 mol/L  breaking = stochastic  seed = 2  m = 3\n[run] until = 1 s\n",
+    "kernel = square  weights = printed  repassivation = 1 mol/L  breaking = stochastic  seed = 2  m = 3\n"
+    "[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"
     "[solid] E = 200 GPa  nu = 0.3  strength = 1 GPa  force = 0, 0  m = 2  influence = linear\n"
     "[cut a] points = 5 um, 10 um, 5 um, 8 um  way = 0, -1\n",
