@@ -7584,9 +7584,11 @@ PD_API const pd_key_section *pd_keys(int *count);
 /* NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_section(const char *name);
 PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key);
+#ifdef PD_DEBUG
 /* 1 when the table has this key with this unit (NULL: not asked for) and this default among its own (NULL: none), or
  * the section has no name. */
 PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback);
+#endif
 #endif
 
 #endif
@@ -9920,6 +9922,9 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
 #include <math.h>
 #include <string.h>
 #include <time.h>
+#if defined(__wasi__)
+#include <wasi/api.h>
+#endif
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -10139,6 +10144,9 @@ PDI_FN double pdi_par_clock(void)
 {
 #ifdef _OPENMP
     return omp_get_wtime();
+#elif defined(__wasi__) /* its C library has no clock() */
+    __wasi_timestamp_t now = 0; /* [ns] */
+    return __wasi_clock_time_get(__WASI_CLOCKID_MONOTONIC, 1000, &now) == 0 ? 1e-9 * (double)now : 0.0;
 #else
     return (double)clock() / (double)CLOCKS_PER_SEC;
 #endif
@@ -38813,6 +38821,11 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
+/* As in windows.h, which defines thousands of other names; rename() does not replace there. */
+#ifdef __cplusplus
+extern "C"
+#endif
+__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long flags);
 #else
 #include <unistd.h>
 #endif
@@ -39054,14 +39067,17 @@ PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
     return PD_OK;
 }
 
+/* One that is there is replaced, at once: there is a whole file under that name at every moment. */
 static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
-    remove(to); /* rename does not replace there */
-#endif
+    const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
+    return MoveFileExA(from, to, replace) ? 0 : EACCES;
+#else
     errno = 0;
     if (rename(from, to) == 0) return 0;
     return errno ? errno : EACCES;
+#endif
 }
 
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
@@ -40345,7 +40361,10 @@ static void pdi_folder_drop(const char *path, int lock)
 static int pdi_folder_busy(int lock)
 {
     errno = 0;
-#if defined(LOCK_EX)
+#if defined(__wasi__) /* which has no locks */
+    (void)lock;
+    return 0;
+#elif defined(LOCK_EX)
     /* the lock belongs to the descriptor, so two runs of one process exclude each other */
     return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
 #else
@@ -40374,7 +40393,11 @@ static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
     return PDI_FOLDER_GONE;
 }
 
+#if defined(__wasi__)
+static long pdi_folder_process(void) { return 0; } /* processes have no numbers there */
+#else
 static long pdi_folder_process(void) { return (long)getpid(); }
+#endif
 
 static void pdi_folder_write(int lock, const char *text)
 {
@@ -46420,6 +46443,7 @@ PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *ke
     return NULL;
 }
 
+#ifdef PD_DEBUG
 /* 1 when `part` stands in the text, not within a word or a number. */
 static int pdi_keys_stands(const char *text, const char *part)
 {
@@ -46441,6 +46465,7 @@ PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit
     if (!fallback || strncmp(k->fallback, "the ", 4) == 0 || strncmp(k->fallback, "that of ", 8) == 0) return 1;
     return pdi_keys_stands(k->fallback, fallback);
 }
+#endif
 
 #undef PDI_KEYS_SECTIONS
 

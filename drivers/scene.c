@@ -14,14 +14,23 @@
 
 #include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#if defined(_WIN32)
+#include <windows.h>
+#include <psapi.h>
+#include <io.h>
+#include <signal.h>
+#elif defined(__wasi__)
+#include <unistd.h>
+#else
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
+#endif
 
 #define CHECKPOINT_EVERY 600.0 /* [s] unless --checkpoint says otherwise */
 
@@ -51,12 +60,62 @@ typedef struct screen {
 
 /* ---- clocks, memory, numbers ---- */
 
-/* [s] */
+#if defined(_WIN32)
+/* [s] on the wall */
+static double wall_seconds(void)
+{
+    LARGE_INTEGER now, rate;
+    return QueryPerformanceCounter(&now) && QueryPerformanceFrequency(&rate)
+               ? (double)now.QuadPart / (double)rate.QuadPart : 0.0;
+}
+
+/* [s] of the processor */
+static double cpu_seconds(void)
+{
+    const double high = 4294967296.0, tick = 1e-7;
+    FILETIME begin, end, kernel, user;
+    if (!GetProcessTimes(GetCurrentProcess(), &begin, &end, &kernel, &user)) return 0.0;
+    return tick * (high * ((double)kernel.dwHighDateTime + (double)user.dwHighDateTime) +
+                   (double)kernel.dwLowDateTime + (double)user.dwLowDateTime);
+}
+
+/* [MB] at most, since the program started. */
+static double peak_memory(void)
+{
+    PROCESS_MEMORY_COUNTERS use;
+    return GetProcessMemoryInfo(GetCurrentProcess(), &use, sizeof use) ? (double)use.PeakWorkingSetSize / 1048576.0
+                                                                       : 0.0;
+}
+
+static long processors(void)
+{
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    return (long)info.dwNumberOfProcessors;
+}
+
+static int is_terminal(void) { return _isatty(2); }
+#else
 static double seconds(clockid_t clock)
 {
     struct timespec t;
     return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
 }
+
+static double wall_seconds(void) { return seconds(CLOCK_MONOTONIC); }
+
+static int is_terminal(void) { return isatty(2); }
+
+#if defined(__wasi__) /* one thread, and memory that never shrinks */
+static double cpu_seconds(void) { return wall_seconds(); }
+
+static double peak_memory(void) { return (double)__builtin_wasm_memory_size(0) / 16.0; }
+
+static long processors(void) { return 1; }
+#else
+static double cpu_seconds(void) { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
+
+static long processors(void) { return sysconf(_SC_NPROCESSORS_ONLN); }
 
 /* [MB] at most, since the program started. */
 static double peak_memory(void)
@@ -69,6 +128,8 @@ static double peak_memory(void)
 #endif
     return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_maxrss / unit : 0.0;
 }
+#endif
+#endif
 
 /* A number within [lo, hi] and nothing behind it. */
 static int parse_number(const char *text, double lo, double hi, double *value)
@@ -84,18 +145,42 @@ static int parse_number(const char *text, double lo, double hi, double *value)
 /* A signal this soon after the first is the same one, sent twice: to the program and its group, as timeout(1) does. */
 #define ECHO 1.0 /* [s] */
 
+#if defined(__wasi__)
+static volatile int interrupted; /* by no one */
+#else
 static volatile sig_atomic_t interrupted;
 
 /* A second signal, this one or the other, ends the program at once. */
 static void on_interrupt(int number)
 {
     static double first;
-    if (!interrupted) first = seconds(CLOCK_MONOTONIC);
-    else if (seconds(CLOCK_MONOTONIC) - first > ECHO) {
+    if (!interrupted) first = wall_seconds();
+    else if (wall_seconds() - first > ECHO) {
         signal(number, SIG_DFL);
         raise(number);
     }
+#if defined(_WIN32)
+    signal(number, on_interrupt); /* it goes with each signal there */
+#endif
     interrupted = 1;
+}
+#endif
+
+static void catch_signals(void)
+{
+#if defined(_WIN32)
+    signal(SIGINT, on_interrupt);
+    signal(SIGTERM, on_interrupt);
+#elif !defined(__wasi__)
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+#endif
 }
 
 static int is_interrupted(void *user)
@@ -131,6 +216,7 @@ static void sweep_tell(const pd_sweep *sweep, int index, int status)
     fflush(stdout);
 }
 
+#if !defined(_WIN32) && !defined(__wasi__)
 /* Wait for one process; its place is free again. 0: there was none. */
 static int sweep_reap(const pd_sweep *sweep, pid_t *child, int *index, int jobs)
 {
@@ -175,16 +261,23 @@ static void sweep_side_by_side(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_
     }
 }
 
+#endif
+
 /* 0: all runs are done, 1: one failed, 3: stopped. */
 static int sweep_runs(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *desc, int threads)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    long cores = processors();
     int all = threads > 0 ? threads : cores > 0 && cores < MAX_JOBS ? (int)cores : 1;
     int jobs = sweep->runs < all ? sweep->runs : all;
     pd_sweep_count count;
     if (jobs > MAX_JOBS) jobs = MAX_JOBS;
+#if defined(_WIN32) || defined(__wasi__)
+    jobs = 1; /* processes cannot be split */
+#endif
     ctx->threads = all / jobs;
+#if !defined(_WIN32) && !defined(__wasi__)
     if (jobs > 1) sweep_side_by_side(ctx, sweep, desc, jobs);
+#endif
     for (int k = 0; k < sweep->runs && jobs == 1 && !interrupted; k++)
         sweep_tell(sweep, k, sweep_one(ctx, sweep, k, desc));
     if (pd_sweep_write(ctx, sweep, &count) < 0) {
@@ -423,6 +516,9 @@ static int parse(int argc, char **argv, options *o)
     o->checkpoints = 1;
     o->checkpoint_every = CHECKPOINT_EVERY;
     o->program = strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : argv[0];
+#if defined(_WIN32)
+    if (strrchr(o->program, '\\')) o->program = strrchr(o->program, '\\') + 1;
+#endif
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
@@ -544,7 +640,7 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     char line[1024];
     pd_run_desc desc;
     pd_run_result result;
-    double wall = seconds(CLOCK_MONOTONIC);
+    double wall = wall_seconds();
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
     desc.check = o->check;
@@ -561,8 +657,8 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     end_progress(s);
     if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     pd_run_line(&result, line, sizeof line);
-    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, seconds(CLOCK_MONOTONIC) - wall,
-           seconds(CLOCK_PROCESS_CPUTIME_ID), peak_memory(), result.threads);
+    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
+           cpu_seconds(), peak_memory(), result.threads);
     fflush(stdout);
     if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; %s", result.time,
@@ -615,18 +711,6 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     return pd_fit_setup(ctx, &desc, NULL, 0, setup) < 0 ? fail(o, s, ctx->message, 2) : 0;
 }
 
-static void catch_signals(void)
-{
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = on_interrupt;
-    sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-}
-
 static int sweep(const options *o, pd_ctx *ctx, screen *s)
 {
     pd_sweep_desc desc;
@@ -656,7 +740,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
  * that libgomp takes where it knows of too few processors; other runtimes follow the policy. */
 static void calm_threads(char **argv)
 {
-#ifdef _OPENMP
+#if defined(_OPENMP) && !defined(_WIN32) && !defined(__wasi__)
     if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
     if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "1000", 1) == 0)
         execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
@@ -685,7 +769,7 @@ static int act(int argc, char **argv, options *o)
     if (o->threads != 1) calm_threads(argv);
     memset(&s, 0, sizeof s);
     s.quiet = o->quiet;
-    s.terminal = !o->quiet && isatty(2);
+    s.terminal = !o->quiet && is_terminal();
     pd_ctx_init(&ctx);
     ctx.threads = o->threads;
     ctx.poll = is_interrupted_within;

@@ -1,5 +1,5 @@
 #!/bin/sh
-# install.sh install|uninstall|list|soname: puts the header, libraries, programs, man pages, completions and scenes below
+# install.sh install|uninstall|list|soname: puts header, libraries, programs, man pages, completions and scenes below
 # DESTDIR/PREFIX, removes them, or prints their paths, or the name inside the shared library. `make install` sets the
 # variables DESTDIR PREFIX BINDIR INCLUDEDIR LIBDIR DATADIR MANDIR BUILD OMP. Uninstalling removes these files, and
 # folders that are pdcorr's own.

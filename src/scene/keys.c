@@ -443,6 +443,7 @@ PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *ke
     return NULL;
 }
 
+#ifdef PD_DEBUG
 /* 1 when `part` stands in the text, not within a word or a number. */
 static int pdi_keys_stands(const char *text, const char *part)
 {
@@ -464,5 +465,6 @@ PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit
     if (!fallback || strncmp(k->fallback, "the ", 4) == 0 || strncmp(k->fallback, "that of ", 8) == 0) return 1;
     return pdi_keys_stands(k->fallback, fallback);
 }
+#endif
 
 #undef PDI_KEYS_SECTIONS

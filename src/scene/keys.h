@@ -28,9 +28,11 @@ PD_API const pd_key_section *pd_keys(int *count);
 /* NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_section(const char *name);
 PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key);
+#ifdef PD_DEBUG
 /* 1 when the table has this key with this unit (NULL: not asked for) and this default among its own (NULL: none), or
  * the section has no name. */
 PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback);
+#endif
 #endif
 
 #endif
