@@ -107,7 +107,7 @@ static double wall_seconds(void) { return seconds(CLOCK_MONOTONIC); }
 static int is_terminal(void) { return isatty(2); }
 
 #if defined(__wasi__) /* one thread, and memory that never shrinks */
-static double cpu_seconds(void) { return wall_seconds(); }
+static double cpu_seconds(void) { return NAN; }
 
 static double peak_memory(void) { return (double)__builtin_wasm_memory_size(0) / 16.0; }
 
