@@ -26,8 +26,10 @@ endif
 endif
 
 CFLAGS ?= -std=c99 -O3 $(NATIVE) -ffp-contract=off
-# Tests run the split sources with the library's own assertions on. A test program itself needs no speed.
-DEV = -std=c99 -O2 -g -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
+SHARED = -fPIC -shared -fvisibility=hidden '-DPD_API=extern __attribute__((visibility("default")))'
+# Tests run the split sources with the library's own assertions on. A test program itself needs no speed. Position
+# independent, since the test of the Python package links the same objects to a shared library.
+DEV = -std=c99 -O2 -g -fPIC -ffp-contract=off $(WARN) -DPD_DEBUG -DPDI_SPLIT $(OMP) $(EXTRA)
 DEV_TEST = -std=c99 -O1 -ffp-contract=off $(WARN) -DPD_DEBUG $(OMP) $(EXTRA)
 
 SOURCES := $(wildcard src/*/*.c)
@@ -62,6 +64,15 @@ JOBS = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell env -u OMP_NUM_TH
 all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
 
 drivers: $(DRIVERS) ## build these and the programs of the reports
+
+# The package is complete in $(BUILD)/python: put that on PYTHONPATH, or pip install drivers/python.
+.PHONY: python
+python: $(foreach k,$(DIMS),$(BUILD)/python/pdcorr/libpdcorr$kd.so) ## build the Python package in build/python
+	cp drivers/python/pdcorr/*.py drivers/python/pdcorr/py.typed $(BUILD)/python/pdcorr
+
+.PHONY: declare
+declare: pdcorr.h ## write the declarations of the Python package; needs pycparser
+	python3 drivers/python/declare.py
 
 run: $(BUILD)/pd2d ## run the scene of the measured magnesium wire into out/
 	$(BUILD)/pd2d examples/scenes/mg_wire.scene --out out/mg_wire
@@ -256,6 +267,15 @@ $$(BUILD)/check/pd$(1)d: drivers/scene.c pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/fla
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
+$$(BUILD)/check/libpdcorr$(1)d.so: $$(OBJECTS_$(1)) $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(DEV_TEST) -shared $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
+
+# Of the Python package: public functions alone can be seen from outside.
+$$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: pdcorr.h $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) $$(SHARED) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c $$< -o $$@ $$(LIBS)
+
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
 $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
@@ -297,6 +317,8 @@ SCRIPT_LOGS := $(SCRIPTS:tests/%.sh=$(LOGS)/%.log)
 $(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(PROGRAMS)/pd%d),$(DRIVERS) $(BUILD)/pdcorr2d.o) \
                                $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
+
+$(LOGS)/python.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
 
 # ---- the amalgam under every compiler at hand
 COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k)

@@ -221,6 +221,8 @@
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
  *                          stay
+ *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
+ *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -279,8 +281,12 @@
 #define PDI_PRIVATE static
 #endif
 
+#if defined(PDCORR_STATIC) && defined(PD_API)
+#error "pdcorr: define PDCORR_STATIC or PD_API, not both: one hides what the other offers"
+#endif
 #ifdef PDCORR_STATIC
 #define PD_API PDI_PRIVATE
+#elif defined(PD_API)
 #elif defined(__cplusplus)
 #define PD_API extern "C"
 #else
@@ -2062,7 +2068,9 @@ PDI_FN PDI_ONCE void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_lev
 #ifdef PDI_INTERNAL
 typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
+    int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
+    int32_t lines;           /* along axis 0 of level 0 */
 } pdi_coarsen;
 
 /* The same view of the links of all levels; only setups use it. */
@@ -2112,13 +2120,13 @@ static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
-/* Choose the axes of a level to halve; 0: no cell has a link any more. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level);
+/* Choose the axes of a level to halve, and mark in parent which cells take part in the next one; 0: none does. */
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level);
 /* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
 PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
                                    pd_smoother_level *coarse);
-/* Only its diagonals, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse);
+/* Only its diagonals, after those of `level` have changed: symmetric. */
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse);
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif
 
@@ -2132,7 +2140,8 @@ PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
  * with g_f >= 0 the diffusive coefficient of face f and F the flow out of c through it, upwind.
  *
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
- * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
+ * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. With flow a cell that
+ * sweeps solve for takes part in no coarser level: the others see it as held. Coefficients are kept
  * in single precision, scaled by a power of two; each cycle scales its right-hand side, too.
  *
  * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor
@@ -2224,7 +2233,7 @@ typedef struct pd_compact {
     uint8_t *active;         /* [cells] 1: fluid */
     float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
     float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
-    float *wall;             /* [cells] boundary values held half a cell away */
+    float *wall;             /* [cells] boundary values held at walls, inlets or outlets */
     float *mass;             /* [cells] outflow and time terms */
 } pd_compact;
 
@@ -2232,6 +2241,7 @@ typedef struct pd_compact {
 /* Which boundary faces hold a value (1) or let nothing through (0). */
 typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
+    const pd_bonds *walls; /* how far off closed faces hold theirs; NULL: half a cell. Borrowed */
 } pdi_compact_faces;
 
 /* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be
@@ -7524,6 +7534,10 @@ typedef struct pd_expr_desc {
     int column;        /* of the first character of text in messages; 0: 1 */
 } pd_expr_desc;
 
+/* A function of the caller in the place of an expression: its value for the variables, all in SI. Several threads may
+ * ask at a time. */
+typedef double (*pd_expr_fn)(void *user, const double *vars);
+
 typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
     double *value; /* [value_count] constants [unit of each in SI] */
@@ -7531,6 +7545,8 @@ typedef struct pd_expr {
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
     const pd_expr_table *tables; /* those of desc */
+    pd_expr_fn fn; /* in the place of the code; NULL: none */
+    void *user;
 } pd_expr;
 
 #ifdef PDI_INTERNAL
@@ -8099,12 +8115,26 @@ typedef struct pd_setup {
 } pd_setup;
 
 #define pd_setup_free PD_NAME(pd_setup_free)
+#define pd_setup_function PD_NAME(pd_setup_function)
 
 #ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
 #endif
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
+/* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
+ *
+ *   key      value                                      variables
+ *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m]
+ *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
+ *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
+ *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
+ *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
+ *
+ * and so on for x+, y-, ... A coordinate for each axis. A checkpoint does not know functions. PD_ERR_ARGUMENT: no such
+ * key, or the scene does not give that value. */
+PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
+                                   uint32_t uses);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
@@ -8500,17 +8530,14 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *record, double x_uni
 #define PD_SCENE_H
 
 #define pd_scene_read PD_NAME(pd_scene_read)
+#define pd_scene_parse PD_NAME(pd_scene_parse)
 
 /* Read the file, apply `count` overrides ("key=value", "section.key=value"), check everything that can be checked
  * without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
-
-#ifdef PDI_INTERNAL
-/* Read the text `bytes`, or the file at `path` where it is NULL; `path` stands in messages, and files that the scene
- * names are looked for beside it. */
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                 int count, pd_setup *setup);
-#endif
+/* The same of a text; `path` stands in messages, and files that the scene names are looked for beside it. */
+PD_API pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
+                                int count, pd_setup *setup);
 
 #endif
 
@@ -9107,14 +9134,19 @@ typedef struct pd_sim {
 } pd_sim;
 
 #define pd_sim_open PD_NAME(pd_sim_open)
+#define pd_sim_start PD_NAME(pd_sim_start)
 #define pd_sim_step PD_NAME(pd_sim_step)
 #define pd_sim_field PD_NAME(pd_sim_field)
+#define pd_sim_keep PD_NAME(pd_sim_keep)
+#define pd_sim_release PD_NAME(pd_sim_release)
 #define pd_sim_close PD_NAME(pd_sim_close)
 
 /* scene: the path of a scene file, or the text of a scene, which has a newline in it. `count` overrides as for
  * pd_scene_read. The flow is solved and the balance opened: fields are there. The errors of the reader, of the builders
  * and of the first flow solve. */
 PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
+/* The second half of it: sim is zero but for its setup, which the caller has read, and changed, and which it takes. */
+PD_API pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim);
 /* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_couple_step; PD_ERR_ARGUMENT:
  * t_limit lies not ahead. */
 PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
@@ -9122,6 +9154,11 @@ PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
  * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
  * has none. */
 PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view);
+/* The values of a view stay as they are until pd_sim_release, also when the simulation is closed; the next view of the
+ * field has others. */
+PD_API void pd_sim_keep(pd_sim *sim, const pd_view *view);
+/* Free the values of a view that was kept. */
+PD_API void pd_sim_release(pd_ctx *ctx, pd_view *view);
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 
 #endif
@@ -16535,6 +16572,7 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 /* ======== >>solve/coarsen.c ======== */
 /* coarsen: see coarsen.h */
 #include <math.h>
+#include <string.h>
 
 /* An axis is halved when its typical coefficient is at least this share of the strongest. */
 #define PDI_COARSEN_STRONG 0.25
@@ -16543,8 +16581,14 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #define PDI_COARSEN_FLOOR 1e-6f
 /* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
-/* No cell. */
+/* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps
+ * leave less than that share of a uniform error there. */
+#define PDI_COARSEN_HELD 0.1f
+#define PDI_COARSEN_PAIRS 4
+#define PDI_COARSEN_LEFT 0.3f
+/* No cell, and one that has not been joined to another. */
 #define PDI_COARSEN_NONE (-1)
+#define PDI_COARSEN_ROOT (-2)
 
 /* ---- memory ---- */
 
@@ -16637,14 +16681,28 @@ typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+/* 1: mass or flow holds cell c, and sweeps solve for it: coarser levels would only cost. */
+static int pdi_coarsen_held(const pd_smoother_level *level, int32_t c)
+{
+    float shared = 0.0f;
+    pdi_coarsen_link link;
+    if (level->r[c] >= PDI_COARSEN_LEFT) return 0;
+    PDI_COARSEN_LINKS(level, c, k, link) shared += fminf(link.a, link.back);
+    return shared * level->inv[c] < PDI_COARSEN_HELD;
+}
+
+/* Which cells take part in the next level, too: those that have a link, but for those that are held. */
+static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_level *level, int32_t first, int32_t end,
+                                  pdi_coarsen_strength *s)
 {
     pdi_coarsen_link link;
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
     for (int32_t c = first; c < end; c++) {
-        if (pdi_coarsen_alone(level, c)) continue;
+        level->parent[c] = PDI_COARSEN_NONE;
+        if (pdi_coarsen_alone(level, c) || (!how->all && pdi_coarsen_held(level, c))) continue;
         PDI_COARSEN_LINKS(level, c, k, link)
         {
+            level->parent[c] = PDI_COARSEN_ROOT;
             s->sum[link.axis] +=
                 fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
             s->count[link.axis] += 1.0;
@@ -16652,15 +16710,33 @@ static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first,
     }
 }
 
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level)
+/* With flow: r = what pairs of sweeps leave of a uniform error (compatible relaxation: Brandt 2000). Next to nothing
+ * where the flow comes from a held value, or mass holds a cell; next to all where the flow turns in itself. */
+static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
+{
+    size_t bytes = (size_t)level->cells * sizeof(float);
+    memcpy(level->parent, level->x, bytes); /* lists that are not in use yet */
+    memcpy(how->mark, level->b, bytes);
+    for (int32_t c = 0; c < level->cells; c++) {
+        level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
+        level->b[c] = 0.0f;
+    }
+    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) pdi_smoother_lines(ctx, level, sweep & 1);
+    memcpy(level->r, level->x, bytes);
+    memcpy(level->x, level->parent, bytes);
+    memcpy(level->b, how->mark, bytes);
+}
+
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level)
 {
     pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
+    if (!how->all) pdi_coarsen_try(ctx, how, level);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
-        pdi_coarsen_strengths(level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
+        pdi_coarsen_strengths(how, level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
                               &part[q]);
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
@@ -16694,7 +16770,7 @@ static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level
     return block;
 }
 
-/* Union-find in parent: values >= 0 point on, values < -1 are roots. */
+/* Union-find in parent: values >= 0 point on, values up to PDI_COARSEN_ROOT are roots. */
 static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
 {
     int32_t root = c;
@@ -16713,11 +16789,6 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
     int32_t *parent = level->parent;
     pdi_coarsen_link link;
     for (int32_t c = first; c < end; c++) {
-        parent[c] = PDI_COARSEN_NONE;
-        if (pdi_coarsen_alone(level, c)) continue;
-        PDI_COARSEN_LINKS(level, c, k, link) parent[c] = -2;
-    }
-    for (int32_t c = first; c < end; c++) {
         int i[PD_DIM];
         if (parent[c] == PDI_COARSEN_NONE) continue;
         pdi_coarsen_block_index(level, c, i);
@@ -16726,6 +16797,7 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
             if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
+            if (parent[link.cell] == PDI_COARSEN_NONE) continue;
             int32_t p = pdi_coarsen_root(parent, c), q = pdi_coarsen_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -16733,8 +16805,8 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
     }
 }
 
-/* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
- * the cells of a layer of blocks follow each other. */
+/* Join linked cells of one block, as far as they take part. Only on level 0 the cells of a layer of blocks follow each
+ * other. */
 static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
@@ -16755,7 +16827,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     coarse->red = how->symmetric ? offset[1] : 0;
     if (how->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    /* as many as there can be, whichever axes are halved */
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, how->lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }
@@ -16857,7 +16930,8 @@ static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_
 }
 
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
- * distance of the centres grows; flows are summed and taken upwind anew.
+ * distance of the centres grows; flows are summed and taken upwind anew. What goes to cells that take no part is
+ * summed in r, and what comes from them in x, until the diagonal is found.
  * fill 0: only count. Returns the end of the row. */
 static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse,
                                int32_t p, int32_t start, int fill)
@@ -16872,6 +16946,11 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
         {
             int32_t q = level->parent[link.cell];
             if (q == p || pdi_coarsen_parted(level, coarse, i, &link)) continue;
+            if (q < 0) {
+                coarse->r[p] += fill ? link.back : 0.0f;
+                coarse->x[p] += fill ? link.a : 0.0f;
+                continue;
+            }
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -16897,7 +16976,10 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
 static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
-    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    for (int32_t p = 0; p < coarse->cells; p++) {
+        how->mark[p] = -1;
+        coarse->r[p] = coarse->x[p] = 0.0f;
+    }
     coarse->row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         coarse->row[p + 1] = pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 0);
@@ -16907,12 +16989,13 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     return PD_OK;
 }
 
-PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse)
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
-        float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
-        double free = 0.0; /* excess that is not of walls */
+        /* cells that take no part stay as they are */
+        float mass = how->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = how->symmetric ? 0.0 : (double)coarse->x[p]; /* excess that is not of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];
@@ -16940,7 +17023,7 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     PDI_TRY(pdi_coarsen_children(ctx, level, coarse));
     pdi_coarsen_widths(level, coarse);
     PDI_TRY(pdi_coarsen_links(ctx, how, level, coarse));
-    pdi_coarsen_diagonal(level, coarse);
+    pdi_coarsen_diagonal(how, level, coarse);
     return PD_OK;
 }
 #ifdef PDI_COLD
@@ -16964,7 +17047,8 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
  *   with flow: from x = b / diag (a third fewer iterations than from zero) each line along axis 0 is swept forth and
  *     back, lines ascending before the coarse correction and descending after it: upwind information crosses the box
  *     in any direction within one cycle, where red-black sweeps carry it a few cells (rotating flow, cell Peclet 1000,
- *     128^2 cells: 19 instead of 80 GMRES iterations).
+ *     128^2 cells: 19 instead of 80 GMRES iterations). Cells that flow or mass holds, so that these sweeps solve for
+ *     them, take no part in coarser levels (pin in a stream: the same iterations in 0.6 of the time).
  */
 #include <float.h>
 #include <math.h>
@@ -17221,20 +17305,37 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
     }
 }
 
-static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
 {
     pdi_coarsen how;
     how.symmetric = mg->desc.symmetric;
     how.contrast = mg->desc.contrast;
+    how.all = mg->desc.symmetric;
     how.mark = mg->mark;
-    for (int l = 0; pdi_coarsen_choose(ctx, &mg->level[l]); l++) {
+    how.lines = mg->level[0].cells / mg->level[0].n[0];
+    return how;
+}
+
+static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *how, pd_multigrid *mg)
+{
+    mg->levels = 1;
+    for (int l = 0; pdi_coarsen_choose(ctx, how, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
         PDI_TRY(pdi_poll(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_level(ctx, &how, &mg->level[l], &mg->level[l + 1]));
+        PDI_TRY(pdi_coarsen_level(ctx, how, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
+}
+
+static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+{
+    pdi_coarsen how = pdi_multigrid_how(mg), all = how;
+    all.all = 1;
+    /* a later setup may need the room of all cells, and steps take no memory */
+    if (!how.all && !mg->level[1].cell_capacity) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    return pdi_multigrid_levels(ctx, &how, mg);
 }
 
 static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
@@ -17261,7 +17362,6 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
-    mg->levels = 1;
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
@@ -17281,7 +17381,8 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     pdi_multigrid_fine_diagonal(ctx, mg, active, NULL, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
-    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&mg->level[l], &mg->level[l + 1]);
+    pdi_coarsen how = pdi_multigrid_how(mg);
+    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&how, &mg->level[l], &mg->level[l + 1]);
     return PD_OK;
 }
 
@@ -17427,8 +17528,9 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
-    const pd_smoother_level *last = &mg->level[mg->levels - 1]; /* no links are left: the diagonal is the operator */
-    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells);
+    const pd_smoother_level *last = &mg->level[mg->levels - 1];
+    pdi_smoother_range(ctx, last, PDI_SMOOTHER_START, 0, last->cells); /* symmetric: no links are left */
+    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_smoother_lines(ctx, last, sweep);
     for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= 0; l--) pdi_multigrid_up(ctx, mg, &mg->level[l]);
     PDI_SHARE(nt, pdi_multigrid_give(mg, out, x));
@@ -17494,6 +17596,15 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
+/* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
+ * rubs on it a thousand times as much as on one half a cell away. */
+static double pdi_compact_leg(const pdi_compact_faces *faces, int32_t node, uint8_t kind, int d, int up)
+{
+    const pd_bonds *walls = pdi_grid_open(kind) ? NULL : faces->walls;
+    int32_t row = walls ? walls->row[node] : -1;
+    return row >= 0 ? fabs(walls->leg[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
+}
+
 static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
@@ -17521,7 +17632,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
-            if (held) wall += 2.0 * diffusivity * inverse;
+            if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
             mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
             leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
@@ -20539,8 +20650,10 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
     pdi_compact_convection moving, resting;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
+    velocity.walls = s->flow->bonds;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
+    pressure.walls = NULL;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
     pd_compact *c = &s->compact;
@@ -24989,6 +25102,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     pd_compact *c = &v->compact;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
+    faces.walls = NULL;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;
@@ -45964,6 +46078,7 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK];
     int top = 0;
+    if (expr->fn) return expr->fn(expr->user, vars);
     for (int k = 0; k < expr->code_count; k++) {
         int op = expr->code[k] & 255, index = expr->code[k] >> 8;
         if (op == PDI_EXPR_CONST) {
@@ -47786,6 +47901,64 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
     pdi_setup_forget(ctx, setup);
     memset(setup, 0, sizeof *setup);
+}
+
+static pd_status pdi_setup_no_function(pd_ctx *ctx, const char *key, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
+}
+
+/* The expression of a side, which is made ready for a function. */
+static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side, pd_expr **expr)
+{
+    const char *name = key + 3;
+    int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
+    if (strcmp(name, "mean") == 0) {
+        if (!inlet || side->profile == PD_PROFILE_EXPRESSION)
+            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola");
+        side->flow_rate = 0.0;
+        *expr = &side->stream;
+        return PD_OK;
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
+        *expr = &side->velocity[d];
+        if (inlet && side->profile == PD_PROFILE_EXPRESSION) return PD_OK;
+        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression");
+    }
+    if (strcmp(name, "C") != 0)
+        return pdi_setup_no_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
+    *expr = side->holds ? &side->held : &side->entering;
+    if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
+        return pdi_setup_no_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
+    for (int k = 0; k < u->monitors && !side->holds; k++)
+        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_AGAINST_INLET)
+            return pdi_setup_no_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
+    u->enters = u->enters || !side->holds;
+    return PD_OK;
+}
+
+pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+{
+    pd_expr *expr = NULL;
+    if (strcmp(key, "rate") == 0) {
+        if (!u->has_dissolve || u->metals != 1)
+            return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
+        u->metal[0].rate_scale = 1.0;
+        expr = &u->metal[0].rate;
+    } else if (strcmp(key, "initial") == 0) {
+        if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
+        expr = &u->initial;
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (strncmp(key, pdi_setup_sides[s], 2) == 0 && key[2] == '.')
+            PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
+    if (!expr)
+        return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+    expr->fn = fn;
+    expr->user = user;
+    expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    return PD_OK;
 }
 
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
@@ -51103,7 +51276,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+/* Of the text `bytes`, or of the file at `path` where it is NULL. */
+static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                  int count, pd_setup *setup)
 {
     pd_text text;
@@ -51123,6 +51297,12 @@ PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *byte
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
     return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
+}
+
+pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
+                         pd_setup *setup)
+{
+    return pdi_scene_build(ctx, path, text, overrides, count, setup);
 }
 
 /* ======== >>run/inlet.c ======== */
@@ -51423,7 +51603,8 @@ PDI_FN double pdi_inlet_entering(void *user, const double *x)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
         int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
-        if (u->side[s].entering.code && there) return pdi_setup_eval(&u->side[s].entering, x, inlet->time);
+        const pd_expr *entering = &u->side[s].entering;
+        if ((entering->code || entering->fn) && there) return pdi_setup_eval(entering, x, inlet->time);
     }
     return u->inlet;
 }
@@ -55583,13 +55764,16 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim)
 {
     memset(sim, 0, sizeof *sim);
-    pd_status status = strchr(scene, '\n') ? pdi_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
+    pd_status status = strchr(scene, '\n') ? pd_scene_parse(ctx, "scene", scene, overrides, count, &sim->setup)
                                            : pd_scene_read(ctx, scene, overrides, count, &sim->setup);
-    if (status < 0) {
-        memset(sim, 0, sizeof *sim);
-        return status;
-    }
-    status = pdi_sim_build(ctx, sim);
+    if (status >= 0) return pd_sim_start(ctx, sim);
+    memset(sim, 0, sizeof *sim);
+    return status;
+}
+
+pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
+{
+    pd_status status = pdi_sim_build(ctx, sim);
     if (status >= 0) status = pd_couple_start(ctx, &sim->model.couple);
     if (status < 0) {
         pd_sim_close(ctx, sim);
@@ -55652,6 +55836,19 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
         view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
     }
     return PD_OK;
+}
+
+void pd_sim_keep(pd_sim *sim, const pd_view *view)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (sim->field[k] == view->data) sim->field[k] = NULL;
+}
+
+void pd_sim_release(pd_ctx *ctx, pd_view *view)
+{
+    double *data = (double *)view->data; /* was allocated as such */
+    PDI_DELETE(ctx, view->components * view->part, data);
+    memset(view, 0, sizeof *view);
 }
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)

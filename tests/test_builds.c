@@ -538,7 +538,7 @@ BUILD(setup, pd_setup)
 
 /* The same from a text. */
 static void pd_scene_free(pd_ctx *ctx, pd_setup *setup) { pd_setup_free(ctx, setup); }
-BUILD(scene, pd_setup) { return pdi_scene_build(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
+BUILD(scene, pd_setup) { return pd_scene_parse(ctx, "pin", l->wrong ? "no scene" : pin, NULL, 0, o); }
 
 INNER(table, pd_table) { return pdi_table_read(ctx, path_of(l->wrong ? "none.csv" : "pit.csv"), o); }
 
@@ -586,8 +586,8 @@ static const entry builds[] = {
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
 };
 #undef ROW
-/* others: what is read from files, and a second build of one type */
-enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 5 };
+/* others: what is read from files and texts, and a second build of one type */
+enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 6 };
 
 static int all_zero(const void *object, size_t size)
 {

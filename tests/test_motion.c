@@ -50,7 +50,7 @@ static scene_case *run(const char *text)
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
     c->ctx.threads = 1;
-    if (!CHECK_OK(&c->ctx, pdi_scene_build(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
     if (!CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
     return c;

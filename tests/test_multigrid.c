@@ -311,6 +311,32 @@ TEST(advection)
     }
 }
 
+/* A stream that leaves the lower half of the last axis still: coarser levels have that half alone. A stream everywhere
+ * needs none. */
+TEST(coarser_levels_where_sweeps_do_not_do)
+{
+    for (int still = 0; still < 2; still++) {
+        problem p;
+        start(&p, SIZE, 0);
+        walls(&p, 7, 0);
+        flow(&p, 1000.0, 0);
+        int blocks = 1, last = PD_DIM - 1;
+        for (int d = 0; d < PD_DIM; d++) blocks *= (p.n[d] + 1) / 2;
+        for (int c = 0; c < p.cells && still && PD_DIM > 1; c++)
+            if (coordinate(&p, c, last) < p.n[last] / 2) p.flux[0][c] = p.mass[c] = 0.0f;
+        CHECK_OK(&p.ctx, build(&p));
+        CHECK_OK(&p.ctx, setup(&p));
+        int coarse = p.mg.levels > 1 ? (int)p.mg.level[1].cells : 0;
+        if (!still || PD_DIM == 1) CHECK_INT(coarse, 0);
+        else CHECK(2 * coarse >= blocks && 2 * coarse <= blocks + 2 * blocks / p.n[last]);
+        pdi_multigrid_free(&p.ctx, &p.mg);
+        int gmres = count(&p, PD_KRYLOV_GMRES);
+        NOTE("still %d: %d of %d blocks, GMRES %d", still, coarse, blocks, gmres);
+        CHECK_LE(gmres, 11);
+        finish(&p);
+    }
+}
+
 static double dot(const problem *p, const double *u, const double *v)
 {
     double sum = 0.0;
@@ -416,5 +442,6 @@ TEST(unit_covariance)
 }
 
 TEST_MAIN(ENTRY(closed_form) ENTRY(poisson) ENTRY(periodic) ENTRY(mass) ENTRY(mask) ENTRY(thin_wall)
-          ENTRY(spacing_ratio) ENTRY(singular_pockets) ENTRY(advection) ENTRY(symmetric_linear)
+          ENTRY(spacing_ratio) ENTRY(singular_pockets) ENTRY(advection)
+          ENTRY(coarser_levels_where_sweeps_do_not_do) ENTRY(symmetric_linear)
           ENTRY(threads_and_ghosts) ENTRY(unit_covariance))

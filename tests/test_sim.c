@@ -109,4 +109,123 @@ TEST(what_is_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused))
+/* C, t, x, y, z */
+static double law(void *user, const double *vars)
+{
+    ++*(int64_t *)user;
+    return 2e-6 / 3600.0 * (1.0 - vars[0] / 56.0);
+}
+
+/* x, y, z, t */
+static double stream(void *user, const double *vars)
+{
+    (void)user;
+    return vars[PD_DIM] < 3600.0 ? 0.01 : 0.02;
+}
+
+static double entering(void *user, const double *vars)
+{
+    (void)user;
+    return vars[1] > 0.0 ? 3.0 : 1.0;
+}
+
+/* The law of the scene as a function makes the same steps. A rate in other units, and a factor, count no more. */
+TEST(functions_of_the_caller)
+{
+    static const char *const changes[] = {"dissolve.rate_scale=7"};
+    static pd_sim called;
+    pd_ctx ctx, other;
+    int64_t calls = 0;
+    pd_ctx_init(&ctx);
+    ctx.threads = 1;
+    pd_ctx_init(&other);
+    other.threads = 1;
+    memset(&called, 0, sizeof called);
+    if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, NULL, 0, &sim))) return;
+    if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes, 1, &called.setup))) return;
+    CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law, &calls, 1));
+    if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
+    for (int k = 0; k < 2; k++) {
+        CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
+        CHECK_OK(&other, pd_sim_step(&other, &called, 7200.0));
+    }
+    CHECK(calls > 0);
+    CHECK_NEAR(called.time, sim.time, 1e-9 * sim.time);
+    double loss = pd_couple_volume_loss(&sim.model.couple);
+    CHECK_NEAR(pd_couple_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    pd_sim_close(&other, &called);
+    CHECK_INT(other.in_use, 0);
+    pd_sim_close(&ctx, &sim);
+}
+
+/* A speed that jumps in time, and a concentration that differs over the inlet. */
+TEST(functions_of_an_inlet)
+{
+    static const char text[] = CHANNEL THROUGH "[transport] D = 1e-8 m2/s\n[run] until = 1 s\n";
+    pd_ctx ctx;
+    pd_view v, c;
+    pd_ctx_init(&ctx);
+    memset(&sim, 0, sizeof sim);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "inlet", text, NULL, 0, &sim.setup))) return;
+    CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "x-.mean", stream, NULL, 0));
+    CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "x-.C", entering, NULL, 2));
+    if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
+    CHECK(sim.model.inlet.timed);
+    CHECK_NEAR(pdi_inlet_mean(&sim.model.inlet, 0), 0.01, 0.0);
+    sim.model.inlet.time = 7200.0;
+    CHECK_NEAR(pdi_inlet_mean(&sim.model.inlet, 0), 0.02, 0.0);
+    sim.model.inlet.time = 0.0;
+    while (sim.time < 0.05)
+        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 0.05))) break;
+    CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "C", &c));
+    CHECK_NEAR(c.data[0], 1.0, 0.05);
+    CHECK_NEAR(c.data[(c.n[1] - 1) * c.stride[1]], 3.0, 0.05);
+
+    /* a view that is kept stays, the next one is another */
+    CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &v));
+    double kept = v.data[v.part / 2];
+    pd_sim_keep(&sim, &v);
+    pd_view again;
+    CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &again));
+    CHECK(again.data != v.data);
+    pd_sim_close(&ctx, &sim);
+    CHECK_NEAR(v.data[v.part / 2], kept, 0.0);
+    CHECK_INT(ctx.in_use, (int64_t)sizeof(double) * PD_DIM * v.part);
+    pd_sim_release(&ctx, &v);
+    pd_sim_release(&ctx, &v);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(functions_that_are_refused)
+{
+    static const struct {
+        const char *key, *message;
+    } wrong[] = {{"rat", "expected rate, initial, or a side and its value, such as x-.C"},
+                 {"x-", "expected rate, initial, or a side and its value, such as x-.C"},
+                 {"x-.p", "expected C, mean or vx, vy, vz behind the side"},
+                 {"x-.vx", "expected an inlet with profile = expression"},
+                 {"x+.mean", "expected an inlet with profile = uniform or parabola"},
+                 {"x+.C", "expected an inlet, or a wall that holds a concentration"},
+                 {"x-.C", "[transfer] has fluid = inlet, expected bulk or a concentration"}};
+    static const char transfer[] = PIN_SCENE "[transfer f] box = -30 um .. 60 um" ACROSS("-25 um .. 25 um")
+        "  length = 40 um  surface = 56 mol/m3  fluid = inlet\n";
+    static const char still[] = CHANNEL "[transport] D = 1e-8 m2/s\n[run] until = 1 s\n";
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_ctx_init(&ctx);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", transfer, NULL, 0, &setup))) return;
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
+        CHECK_INT(pd_setup_function(&ctx, &setup, wrong[k].key, law, NULL, 1), PD_ERR_ARGUMENT);
+        if (!CHECK(strstr(ctx.message, wrong[k].message) != NULL)) NOTE("%s: %s", wrong[k].key, ctx.message);
+    }
+    pd_setup_free(&ctx, &setup);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "still", still, NULL, 0, &setup))) return;
+    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law, NULL, 1), PD_ERR_ARGUMENT);
+    CHECK_STR(ctx.message, "setup: a function for 'rate': expected [dissolve] or [corrode] of one metal");
+    CHECK_OK(&ctx, pd_setup_function(&ctx, &setup, "initial", entering, NULL, 2));
+    pd_setup_free(&ctx, &setup);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(functions_of_the_caller)
+              SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))

@@ -70,7 +70,9 @@ static int channel(const double *h, const int *n, double m, int64_t *evaluations
     scene *s = &test_scene;
     pd_steady_result result;
     double velocity, pressure, through = MEAN * n[1] * h[1] * (PD_DIM == 3 ? n[PD_DIM - 1] * h[PD_DIM - 1] : 1.0);
-    if (!plates_build(s, h, n, m) || !flow_build(s, 5e-9)) return 0;
+    /* of the same residual a long channel makes more; across long cells rounding leaves 4e-9 */
+    double tolerance = h[0] > h[1] ? 2e-9 : 5e-9;
+    if (!plates_build(s, h, n, m) || !flow_build(s, tolerance)) return 0;
     int good = CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &result));
     *evaluations = result.evaluations;
     errors(s, &velocity, &pressure);

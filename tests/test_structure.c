@@ -39,7 +39,7 @@ static scene_case *run(int k, const char *text)
     scene_case *c = &cases[k];
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
-    if (!CHECK_OK(&c->ctx, pdi_scene_build(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
     if (!CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
     return c;
@@ -299,7 +299,7 @@ TEST(refused)
         scene_case *c = &cases[0];
         memset(c, 0, sizeof *c);
         pd_ctx_init(&c->ctx);
-        CHECK(pdi_scene_build(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup) < 0);
+        CHECK(pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup) < 0);
         CHECK(strstr(c->ctx.message, wrong[k][1]) != NULL);
         if (!strstr(c->ctx.message, wrong[k][1])) NOTE("%d: %s", (int)k, c->ctx.message);
         CHECK_INT(c->ctx.in_use, 0);

@@ -41,7 +41,7 @@ static scene_case *build(const char *text)
     scene_case *c = &test_case;
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
-    if (!CHECK_OK(&c->ctx, pdi_scene_build(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     return CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model)) ? c : NULL;
 }
 
@@ -223,7 +223,7 @@ TEST(refused)
         scene_case *c = &test_case;
         memset(c, 0, sizeof *c);
         pd_ctx_init(&c->ctx);
-        pd_status status = pdi_scene_build(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup);
+        pd_status status = pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup);
         if (status == PD_OK) {
             status = pdi_model_build(&c->ctx, &c->setup, &c->model);
             pd_setup_free(&c->ctx, &c->setup);

@@ -8,6 +8,8 @@
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
  *                          stay
+ *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
+ *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
  */
 /* The guards would skip a second dimension without a word. */
@@ -66,8 +68,12 @@
 #define PDI_PRIVATE static
 #endif
 
+#if defined(PDCORR_STATIC) && defined(PD_API)
+#error "pdcorr: define PDCORR_STATIC or PD_API, not both: one hides what the other offers"
+#endif
 #ifdef PDCORR_STATIC
 #define PD_API PDI_PRIVATE
+#elif defined(PD_API)
 #elif defined(__cplusplus)
 #define PD_API extern "C"
 #else

@@ -130,8 +130,10 @@ static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
     pdi_compact_convection moving, resting;
     velocity.closed = velocity.inlet = 1;
     velocity.outlet = 0;
+    velocity.walls = s->flow->bonds;
     pressure.closed = pressure.inlet = 0;
     pressure.outlet = 1;
+    pressure.walls = NULL;
     moving.u = s->flow->u;
     moving.spread = resting.spread = resting.u = NULL;
     pd_compact *c = &s->compact;

@@ -297,7 +297,8 @@ PDI_FN double pdi_inlet_entering(void *user, const double *x)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
         int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
-        if (u->side[s].entering.code && there) return pdi_setup_eval(&u->side[s].entering, x, inlet->time);
+        const pd_expr *entering = &u->side[s].entering;
+        if ((entering->code || entering->fn) && there) return pdi_setup_eval(entering, x, inlet->time);
     }
     return u->inlet;
 }

@@ -22,13 +22,16 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim)
 {
     memset(sim, 0, sizeof *sim);
-    pd_status status = strchr(scene, '\n') ? pdi_scene_build(ctx, "scene", scene, overrides, count, &sim->setup)
+    pd_status status = strchr(scene, '\n') ? pd_scene_parse(ctx, "scene", scene, overrides, count, &sim->setup)
                                            : pd_scene_read(ctx, scene, overrides, count, &sim->setup);
-    if (status < 0) {
-        memset(sim, 0, sizeof *sim);
-        return status;
-    }
-    status = pdi_sim_build(ctx, sim);
+    if (status >= 0) return pd_sim_start(ctx, sim);
+    memset(sim, 0, sizeof *sim);
+    return status;
+}
+
+pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
+{
+    pd_status status = pdi_sim_build(ctx, sim);
     if (status >= 0) status = pd_couple_start(ctx, &sim->model.couple);
     if (status < 0) {
         pd_sim_close(ctx, sim);
@@ -91,6 +94,19 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
         view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
     }
     return PD_OK;
+}
+
+void pd_sim_keep(pd_sim *sim, const pd_view *view)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (sim->field[k] == view->data) sim->field[k] = NULL;
+}
+
+void pd_sim_release(pd_ctx *ctx, pd_view *view)
+{
+    double *data = (double *)view->data; /* was allocated as such */
+    PDI_DELETE(ctx, view->components * view->part, data);
+    memset(view, 0, sizeof *view);
 }
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)

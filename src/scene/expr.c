@@ -745,6 +745,7 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
     double stack[PDI_EXPR_STACK];
     int top = 0;
+    if (expr->fn) return expr->fn(expr->user, vars);
     for (int k = 0; k < expr->code_count; k++) {
         int op = expr->code[k] & 255, index = expr->code[k] >> 8;
         if (op == PDI_EXPR_CONST) {

@@ -44,6 +44,10 @@ typedef struct pd_expr_desc {
     int column;        /* of the first character of text in messages; 0: 1 */
 } pd_expr_desc;
 
+/* A function of the caller in the place of an expression: its value for the variables, all in SI. Several threads may
+ * ask at a time. */
+typedef double (*pd_expr_fn)(void *user, const double *vars);
+
 typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
     double *value; /* [value_count] constants [unit of each in SI] */
@@ -51,6 +55,8 @@ typedef struct pd_expr {
     uint32_t uses; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
     const pd_expr_table *tables; /* those of desc */
+    pd_expr_fn fn; /* in the place of the code; NULL: none */
+    void *user;
 } pd_expr;
 
 #ifdef PDI_INTERNAL

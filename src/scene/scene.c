@@ -625,7 +625,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     return status;
 }
 
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+/* Of the text `bytes`, or of the file at `path` where it is NULL. */
+static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
                                  int count, pd_setup *setup)
 {
     pd_text text;
@@ -645,4 +646,10 @@ PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *byte
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
     return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
+}
+
+pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
+                         pd_setup *setup)
+{
+    return pdi_scene_build(ctx, path, text, overrides, count, setup);
 }

@@ -53,16 +53,13 @@
 #include "scene/setup.h"
 
 #define pd_scene_read PD_NAME(pd_scene_read)
+#define pd_scene_parse PD_NAME(pd_scene_parse)
 
 /* Read the file, apply `count` overrides ("key=value", "section.key=value"), check everything that can be checked
  * without a grid. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup);
-
-#ifdef PDI_INTERNAL
-/* Read the text `bytes`, or the file at `path` where it is NULL; `path` stands in messages, and files that the scene
- * names are looked for beside it. */
-PDI_FN pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                 int count, pd_setup *setup);
-#endif
+/* The same of a text; `path` stands in messages, and files that the scene names are looked for beside it. */
+PD_API pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
+                                int count, pd_setup *setup);
 
 #endif

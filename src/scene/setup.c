@@ -93,6 +93,64 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     memset(setup, 0, sizeof *setup);
 }
 
+static pd_status pdi_setup_no_function(pd_ctx *ctx, const char *key, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
+}
+
+/* The expression of a side, which is made ready for a function. */
+static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side, pd_expr **expr)
+{
+    const char *name = key + 3;
+    int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
+    if (strcmp(name, "mean") == 0) {
+        if (!inlet || side->profile == PD_PROFILE_EXPRESSION)
+            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola");
+        side->flow_rate = 0.0;
+        *expr = &side->stream;
+        return PD_OK;
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
+        *expr = &side->velocity[d];
+        if (inlet && side->profile == PD_PROFILE_EXPRESSION) return PD_OK;
+        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression");
+    }
+    if (strcmp(name, "C") != 0)
+        return pdi_setup_no_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
+    *expr = side->holds ? &side->held : &side->entering;
+    if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
+        return pdi_setup_no_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
+    for (int k = 0; k < u->monitors && !side->holds; k++)
+        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_AGAINST_INLET)
+            return pdi_setup_no_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
+    u->enters = u->enters || !side->holds;
+    return PD_OK;
+}
+
+pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+{
+    pd_expr *expr = NULL;
+    if (strcmp(key, "rate") == 0) {
+        if (!u->has_dissolve || u->metals != 1)
+            return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
+        u->metal[0].rate_scale = 1.0;
+        expr = &u->metal[0].rate;
+    } else if (strcmp(key, "initial") == 0) {
+        if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
+        expr = &u->initial;
+    }
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (strncmp(key, pdi_setup_sides[s], 2) == 0 && key[2] == '.')
+            PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
+    if (!expr)
+        return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+    expr->fn = fn;
+    expr->user = user;
+    expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    return PD_OK;
+}
+
 PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
 {
     for (int k = 0; k < setup->records; k++) {

@@ -341,12 +341,26 @@ typedef struct pd_setup {
 } pd_setup;
 
 #define pd_setup_free PD_NAME(pd_setup_free)
+#define pd_setup_function PD_NAME(pd_setup_function)
 
 #ifdef PDI_INTERNAL
 /* Start a setup: no physics, walls all around, defaults of all numbers. */
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup);
 #endif
 PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
+/* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
+ *
+ *   key      value                                      variables
+ *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m]
+ *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
+ *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
+ *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
+ *   x-.vx    velocity at an inlet [m/s] with profile = expression, all components of which the scene gives; the same
+ *
+ * and so on for x+, y-, ... A coordinate for each axis. A checkpoint does not know functions. PD_ERR_ARGUMENT: no such
+ * key, or the scene does not give that value. */
+PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
+                                   uint32_t uses);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */

@@ -3,6 +3,7 @@
 #include "core/owner.h"
 #include "core/par.h"
 #include <math.h>
+#include <string.h>
 
 /* An axis is halved when its typical coefficient is at least this share of the strongest. */
 #define PDI_COARSEN_STRONG 0.25
@@ -11,8 +12,14 @@
 #define PDI_COARSEN_FLOOR 1e-6f
 /* This share where coefficients have contrast. */
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
-/* No cell. */
+/* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps
+ * leave less than that share of a uniform error there. */
+#define PDI_COARSEN_HELD 0.1f
+#define PDI_COARSEN_PAIRS 4
+#define PDI_COARSEN_LEFT 0.3f
+/* No cell, and one that has not been joined to another. */
 #define PDI_COARSEN_NONE (-1)
+#define PDI_COARSEN_ROOT (-2)
 
 /* ---- memory ---- */
 
@@ -105,14 +112,28 @@ typedef struct pdi_coarsen_strength {
     double sum[PD_DIM], count[PD_DIM];
 } pdi_coarsen_strength;
 
-static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first, int32_t end, pdi_coarsen_strength *s)
+/* 1: mass or flow holds cell c, and sweeps solve for it: coarser levels would only cost. */
+static int pdi_coarsen_held(const pd_smoother_level *level, int32_t c)
+{
+    float shared = 0.0f;
+    pdi_coarsen_link link;
+    if (level->r[c] >= PDI_COARSEN_LEFT) return 0;
+    PDI_COARSEN_LINKS(level, c, k, link) shared += fminf(link.a, link.back);
+    return shared * level->inv[c] < PDI_COARSEN_HELD;
+}
+
+/* Which cells take part in the next level, too: those that have a link, but for those that are held. */
+static void pdi_coarsen_strengths(const pdi_coarsen *how, const pd_smoother_level *level, int32_t first, int32_t end,
+                                  pdi_coarsen_strength *s)
 {
     pdi_coarsen_link link;
     for (int d = 0; d < PD_DIM; d++) s->sum[d] = s->count[d] = 0.0;
     for (int32_t c = first; c < end; c++) {
-        if (pdi_coarsen_alone(level, c)) continue;
+        level->parent[c] = PDI_COARSEN_NONE;
+        if (pdi_coarsen_alone(level, c) || (!how->all && pdi_coarsen_held(level, c))) continue;
         PDI_COARSEN_LINKS(level, c, k, link)
         {
+            level->parent[c] = PDI_COARSEN_ROOT;
             s->sum[link.axis] +=
                 fmin((double)link.a, (double)link.back) + 0.5 * fabs((double)link.a - (double)link.back);
             s->count[link.axis] += 1.0;
@@ -120,15 +141,33 @@ static void pdi_coarsen_strengths(const pd_smoother_level *level, int32_t first,
     }
 }
 
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level)
+/* With flow: r = what pairs of sweeps leave of a uniform error (compatible relaxation: Brandt 2000). Next to nothing
+ * where the flow comes from a held value, or mass holds a cell; next to all where the flow turns in itself. */
+static void pdi_coarsen_try(const pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level)
+{
+    size_t bytes = (size_t)level->cells * sizeof(float);
+    memcpy(level->parent, level->x, bytes); /* lists that are not in use yet */
+    memcpy(how->mark, level->b, bytes);
+    for (int32_t c = 0; c < level->cells; c++) {
+        level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
+        level->b[c] = 0.0f;
+    }
+    for (int sweep = 0; sweep < 2 * PDI_COARSEN_PAIRS; sweep++) pdi_smoother_lines(ctx, level, sweep & 1);
+    memcpy(level->r, level->x, bytes);
+    memcpy(level->x, level->parent, bytes);
+    memcpy(level->b, how->mark, bytes);
+}
+
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level)
 {
     pdi_coarsen_strength part[PDI_SMOOTHER_PARTS];
     double sum[PD_DIM], count[PD_DIM], strongest = 0.0;
     int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     (void)nt;
+    if (!how->all) pdi_coarsen_try(ctx, how, level);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
-        pdi_coarsen_strengths(level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
+        pdi_coarsen_strengths(how, level, pdi_smoother_part(level->cells, q), pdi_smoother_part(level->cells, q + 1),
                               &part[q]);
     for (int d = 0; d < PD_DIM; d++) sum[d] = count[d] = 0.0;
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++)
@@ -162,7 +201,7 @@ static int32_t pdi_coarsen_block(const pdi_coarsen *how, const pd_smoother_level
     return block;
 }
 
-/* Union-find in parent: values >= 0 point on, values < -1 are roots. */
+/* Union-find in parent: values >= 0 point on, values up to PDI_COARSEN_ROOT are roots. */
 static int32_t pdi_coarsen_root(int32_t *parent, int32_t c)
 {
     int32_t root = c;
@@ -181,11 +220,6 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
     int32_t *parent = level->parent;
     pdi_coarsen_link link;
     for (int32_t c = first; c < end; c++) {
-        parent[c] = PDI_COARSEN_NONE;
-        if (pdi_coarsen_alone(level, c)) continue;
-        PDI_COARSEN_LINKS(level, c, k, link) parent[c] = -2;
-    }
-    for (int32_t c = first; c < end; c++) {
         int i[PD_DIM];
         if (parent[c] == PDI_COARSEN_NONE) continue;
         pdi_coarsen_block_index(level, c, i);
@@ -194,6 +228,7 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
             /* only links to the other half of the own block, each once */
             if (!link.upper || !level->halve[link.axis] || (i[link.axis] & 1)) continue;
             if (i[link.axis] == level->n[link.axis] - 1) continue; /* across the box */
+            if (parent[link.cell] == PDI_COARSEN_NONE) continue;
             int32_t p = pdi_coarsen_root(parent, c), q = pdi_coarsen_root(parent, link.cell);
             if (p < q) parent[q] = p;
             if (q < p) parent[p] = q;
@@ -201,8 +236,8 @@ static void pdi_coarsen_join_part(pd_smoother_level *level, int32_t first, int32
     }
 }
 
-/* Join linked cells of one block. A cell without links is solved by its diagonal and needs no parent. Only on level 0
- * the cells of a layer of blocks follow each other. */
+/* Join linked cells of one block, as far as they take part. Only on level 0 the cells of a layer of blocks follow each
+ * other. */
 static void pdi_coarsen_join(const pd_ctx *ctx, pd_smoother_level *level)
 {
     int last = PD_DIM - 1;
@@ -223,7 +258,8 @@ static pd_status pdi_coarsen_order(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     coarse->red = how->symmetric ? offset[1] : 0;
     if (how->symmetric) return PD_OK;
     int32_t lines = keys / coarse->n[0];
-    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, lines + 1));
+    /* as many as there can be, whichever axes are halved */
+    PDI_TRY(pdi_coarsen_reserve_list(ctx, &coarse->line, &coarse->line_capacity, how->lines + 1));
     for (int32_t j = 0; j <= lines; j++) coarse->line[j] = offset[j * coarse->n[0]];
     return PD_OK;
 }
@@ -325,7 +361,8 @@ static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_
 }
 
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
- * distance of the centres grows; flows are summed and taken upwind anew.
+ * distance of the centres grows; flows are summed and taken upwind anew. What goes to cells that take no part is
+ * summed in r, and what comes from them in x, until the diagonal is found.
  * fill 0: only count. Returns the end of the row. */
 static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse,
                                int32_t p, int32_t start, int fill)
@@ -340,6 +377,11 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
         {
             int32_t q = level->parent[link.cell];
             if (q == p || pdi_coarsen_parted(level, coarse, i, &link)) continue;
+            if (q < 0) {
+                coarse->r[p] += fill ? link.back : 0.0f;
+                coarse->x[p] += fill ? link.a : 0.0f;
+                continue;
+            }
             int fresh = mark[q] < start || mark[q] >= end;
             if (fresh) mark[q] = end++;
             if (!fill) continue;
@@ -365,7 +407,10 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
 static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
-    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
+    for (int32_t p = 0; p < coarse->cells; p++) {
+        how->mark[p] = -1;
+        coarse->r[p] = coarse->x[p] = 0.0f;
+    }
     coarse->row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
         coarse->row[p + 1] = pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 0);
@@ -375,12 +420,13 @@ static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd
     return PD_OK;
 }
 
-PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse)
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     float least = coarse->sum ? PDI_COARSEN_FLOOR_CONTRAST : PDI_COARSEN_FLOOR;
     for (int32_t p = 0; p < coarse->cells; p++) {
-        float mass = 0.0f, wall = 0.0f, links = 0.0f, stiff = 0.0f;
-        double free = 0.0; /* excess that is not of walls */
+        /* cells that take no part stay as they are */
+        float mass = how->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
+        double free = how->symmetric ? 0.0 : (double)coarse->x[p]; /* excess that is not of walls */
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
             int32_t c = coarse->child[j];
             mass += level->b[c];
@@ -408,6 +454,6 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
     PDI_TRY(pdi_coarsen_children(ctx, level, coarse));
     pdi_coarsen_widths(level, coarse);
     PDI_TRY(pdi_coarsen_links(ctx, how, level, coarse));
-    pdi_coarsen_diagonal(level, coarse);
+    pdi_coarsen_diagonal(how, level, coarse);
     return PD_OK;
 }

@@ -10,7 +10,9 @@
 #ifdef PDI_INTERNAL
 typedef struct pdi_coarsen {
     int symmetric, contrast; /* as in pd_multigrid_desc */
+    int all;                 /* 1: no cell is left out: for the room that a setup may need one day */
     int32_t *mark;           /* [cells of level 0 + 3] counts and marks */
+    int32_t lines;           /* along axis 0 of level 0 */
 } pdi_coarsen;
 
 /* The same view of the links of all levels; only setups use it. */
@@ -60,13 +62,13 @@ static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
-/* Choose the axes of a level to halve; 0: no cell has a link any more. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, pd_smoother_level *level);
+/* Choose the axes of a level to halve, and mark in parent which cells take part in the next one; 0: none does. */
+PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level);
 /* The level below one whose axes are chosen. During setup x holds the wall and b the mass of each cell of a level. */
 PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoother_level *level,
                                    pd_smoother_level *coarse);
-/* Only its diagonals, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pd_smoother_level *level, pd_smoother_level *coarse);
+/* Only its diagonals, after those of `level` have changed: symmetric. */
+PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse);
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif
 

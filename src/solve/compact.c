@@ -51,6 +51,15 @@ static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convecti
     return fmax(diffusivity, 0.0);
 }
 
+/* Spacings from a node to what its lower or upper face along axis d holds. A node that a curved wall all but touches
+ * rubs on it a thousand times as much as on one half a cell away. */
+static double pdi_compact_leg(const pdi_compact_faces *faces, int32_t node, uint8_t kind, int d, int up)
+{
+    const pd_bonds *walls = pdi_grid_open(kind) ? NULL : faces->walls;
+    int32_t row = walls ? walls->row[node] : -1;
+    return row >= 0 ? fabs(walls->leg[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
+}
+
 static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, double constant, const pd_media *media,
                                   const pdi_compact_convection *v, const pdi_compact_faces *faces)
 {
@@ -78,7 +87,7 @@ static void pdi_compact_fill_cell(pd_compact *c, int64_t cell, int32_t node, dou
                 continue;
             }
             int held = kind == PD_INLET ? faces->inlet : kind == PD_OUTLET ? faces->outlet : faces->closed;
-            if (held) wall += 2.0 * diffusivity * inverse;
+            if (held) wall += diffusivity * inverse / pdi_compact_leg(faces, node, kind, d, up);
             if (!u || kind != PD_OUTLET) continue;
             mass += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);
             leaves += face * fmax((up ? 1.0 : -1.0) * u[node] / grid->h[d], 0.0);

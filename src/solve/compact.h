@@ -7,6 +7,7 @@
 #ifndef PD_COMPACT_H
 #define PD_COMPACT_H
 #include "core/owner.h"
+#include "lattice/bond.h"
 #include "lattice/media.h"
 #include "solve/multigrid.h"
 
@@ -17,7 +18,7 @@ typedef struct pd_compact {
     uint8_t *active;         /* [cells] 1: fluid */
     float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the face towards + */
     float *flux[PD_DIM];     /* [cells] [1/s] flow through that face towards +, NULL without flow */
-    float *wall;             /* [cells] boundary values held half a cell away */
+    float *wall;             /* [cells] boundary values held at walls, inlets or outlets */
     float *mass;             /* [cells] outflow and time terms */
 } pd_compact;
 
@@ -25,6 +26,7 @@ typedef struct pd_compact {
 /* Which boundary faces hold a value (1) or let nothing through (0). */
 typedef struct pdi_compact_faces {
     int closed, inlet, outlet;
+    const pd_bonds *walls; /* how far off closed faces hold theirs; NULL: half a cell. Borrowed */
 } pdi_compact_faces;
 
 /* Arrays of a pd_compact: of the cells, and of their faces, which go into a multigrid at once. One without them can be

@@ -5,7 +5,8 @@
  * with g_f >= 0 the diffusive coefficient of face f and F the flow out of c through it, upwind.
  *
  * Coarse cells are the connected parts of the blocks of 2 cells along each coarsened axis: a wall thinner than a block
- * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. Coefficients are kept
+ * stays a wall, and pockets that do not touch stay apart on all levels down to one cell each. With flow a cell that
+ * sweeps solve for takes part in no coarser level: the others see it as held. Coefficients are kept
  * in single precision, scaled by a power of two; each cycle scales its right-hand side, too.
  *
  * Where conductances differ by orders of magnitude, a good conductor has a mean that only the mass and the poor

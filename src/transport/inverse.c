@@ -79,6 +79,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     pd_compact *c = &v->compact;
     faces.closed = faces.outlet = 0;
     faces.inlet = 1;
+    faces.walls = NULL;
     pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.spread = spread;

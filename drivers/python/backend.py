@@ -1,0 +1,66 @@
+"""Builds the wheel for pip (PEP 517): the package and its shared libraries, with the standard library alone.
+
+Libraries come from build/python of the checkout where `make python` has put them; where one is missing or older than
+pdcorr.h, a C compiler ($CC or cc) builds it.
+"""
+import base64
+import hashlib
+import os
+import re
+import shlex
+import subprocess
+import sysconfig
+import tempfile
+import zipfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+HEADER = HERE.parent.parent / "pdcorr.h"
+BUILT = HERE.parent.parent / "build" / "python" / "pdcorr"
+FLAGS = ["-std=c99", "-O3", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
+         '-DPD_API=extern __attribute__((visibility("default")))', "-DPDCORR_IMPLEMENTATION", "-x", "c"]
+
+
+def _library(dim: int, folder: Path) -> Path:
+    built = BUILT / f"libpdcorr{dim}d.so"
+    if built.exists() and built.stat().st_mtime >= HEADER.stat().st_mtime:
+        return built
+    path = folder / built.name
+    for openmp in (["-fopenmp"], []):  # as far as the compiler has it
+        compiler = shlex.split(os.environ.get("CC", "cc"))
+        command = [*compiler, *openmp, *FLAGS, f"-DPD_DIM={dim}", str(HEADER), "-o", str(path), "-lm"]
+        done = subprocess.run(command, check=False, capture_output=True, text=True)
+        if done.returncode == 0:
+            return path
+    raise RuntimeError(f"{' '.join(command)}\n{done.stderr}")
+
+
+def _metadata(version: str) -> str:
+    project = (HERE / "pyproject.toml").read_text(encoding="utf-8")
+    value = lambda key: re.search(rf'^{key} = "(.*)"', project, re.MULTILINE).group(1)
+    return (f"Metadata-Version: 2.1\nName: pdcorr\nVersion: {version}\nSummary: {value('description')}\n"
+            f"Requires-Python: {value('requires-python')}\nRequires-Dist: numpy\nLicense: MIT\n"
+            f"Description-Content-Type: text/markdown\n\n{(HERE / 'README.md').read_text(encoding='utf-8')}")
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):  # pylint: disable=unused-argument
+    """Write the wheel; its name."""
+    version = re.search(r'#define PD_VERSION "(.*)"', HEADER.read_text(encoding="utf-8")).group(1)
+    tag = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
+    info, name = f"pdcorr-{version}.dist-info", f"pdcorr-{version}-{tag}.whl"
+    with tempfile.TemporaryDirectory() as folder:
+        files = {f"pdcorr/{path.name}": path.read_bytes() for path in sorted((HERE / "pdcorr").glob("*.py*"))}
+        for dim in (1, 2, 3):
+            path = _library(dim, Path(folder))
+            files[f"pdcorr/{path.name}"] = path.read_bytes()
+    files[f"{info}/METADATA"] = _metadata(version).encode()
+    files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: pdcorr\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
+    files[f"{info}/LICENSE"] = (HERE.parent.parent / "LICENSE").read_bytes()
+    record = ""
+    with zipfile.ZipFile(Path(wheel_directory, name), "w", zipfile.ZIP_DEFLATED) as wheel:
+        for path, data in files.items():
+            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            record += f"{path},sha256={digest},{len(data)}\n"
+            wheel.writestr(path, data)
+        wheel.writestr(f"{info}/RECORD", f"{record}{info}/RECORD,,\n")
+    return name

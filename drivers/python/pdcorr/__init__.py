@@ -1,0 +1,16 @@
+"""pdcorr: how a metal dissolves in a flowing liquid, by peridynamics, in 1D, 2D and 3D.
+
+Sim: a scene step by step. run: a scene to its end, with its files. read_table: the tables of a run.
+Lattice: nodes, bonds and operators alone. All numbers are SI.
+"""
+from ._declared import PD_VERSION as __version__
+from ._library import Error, Status
+from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
+                      intersect, union)
+from .sim import Frame, Ledger, Result, Sim, run
+from .table import Table, read_table
+
+__all__ = [
+    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table",
+    "ball", "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
+]

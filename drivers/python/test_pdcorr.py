@@ -1,0 +1,617 @@
+"""Tests of the package. PDCORR_LIBRARY: folder of the shared libraries; PDCORR_PROGRAMS: of pd2d; CC: a C compiler."""
+import gc
+import importlib.util
+import os
+import pickle
+import shlex
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import unittest.mock
+from ctypes import Structure, sizeof
+from pathlib import Path
+
+import numpy as np
+
+import pdcorr
+from pdcorr import _declared
+from pdcorr._library import Context, load
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+PROGRAMS = os.environ.get("PDCORR_PROGRAMS", "")
+UM, HOUR = 1e-6, 3600.0
+
+
+def has(module: str) -> bool:
+    return importlib.util.find_spec(module) is not None
+
+
+PIN = """
+[grid]      h = 10 um   box = -100 um .. 300 um, -100 um .. 100 um
+[shape pin] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag
+[side x-]   flow = inlet   profile = parabola   mean = 0.05 m/s   C = 0
+[side x+]   flow = outlet   p = 0
+[flow]      rho = 1000 kg/m3   mu = 1e-3 Pa s   steady = 1e-6
+[transport] D = 1e-9 m2/s
+[dissolve]  rate = 1.21 um/h * (1 - C/Csat)   Csat = 56.1 mol/m3
+[run]       until = 4 h
+[output]    every = 1 h   fields = C, v   images = C
+[total all] box = -100 um .. 300 um, -100 um .. 100 um
+"""
+
+# Metal in fluid at rest, which dissolves at a speed that no concentration changes.
+PLATE = """
+[grid]        h = 5 um   box = 0 um .. 400 um
+[shape plate] box = 0 um .. 200 um   kind = solid   material = mg4ag
+[side x-]     flow = mirror
+[transport]   D = 1e-9 m2/s
+[dissolve]    rate = 3 um/h
+[run]         until = 20 h
+[output]      every = 5 h
+"""
+
+# Diffusion from a side that holds a concentration.
+SLAB = """
+[grid]      h = 2 um   box = 0 um .. 100 um
+[side x-]   C = 1 mol/m3
+[transport] D = 1e-9 m2/s   initial = 0 mol/m3
+[run]       until = 2 s   rtol = 1e-4
+"""
+
+
+class Declarations(unittest.TestCase):
+    """What declare.py has written, against the compiler."""
+
+    @unittest.skipUnless(has("pycparser"), "pycparser is not installed")
+    def test_up_to_date(self):
+        command = [sys.executable, HERE / "declare.py", "--check"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_layout(self):
+        for dim in (1, 2, 3):
+            types = vars(load(dim).types)
+            structs = [t for t in types.values() if isinstance(t, type) and issubclass(t, Structure)]
+            self.assertGreater(len(structs), 100)
+            wanted = {t.__name__: sizeof(t) for t in structs}
+            wanted |= {f"{t.__name__}.{name}": getattr(t, name).offset for t in structs for name, _ in t._fields_}
+            wanted |= {f"{t.__name__}:{name}": getattr(t, name).size for t in structs for name, _ in t._fields_}
+            constants = {name: v for name, v in {**vars(_declared), **types}.items()
+                         if name.startswith("PD_") and isinstance(v, int)}
+            self.assertGreater(len(constants), 200)
+            lines = [f'printf("{key} %lld\\n", (long long){self.c_value(key)});' for key in [*wanted, *constants]]
+            head = ['#include "pdcorr.h"', "#include <stdio.h>", "int main(void)", "{"]
+            program = "\n".join([*head, *lines, "return 0;", "}", ""])
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder, "layout.c")
+                path.write_text(program, encoding="utf-8")
+                compiler = shlex.split(os.environ.get("CC", "cc"))
+                binary = path.with_suffix("")
+                subprocess.run([*compiler, "-std=c99", f"-DPD_DIM={dim}", f"-I{ROOT}", path, "-o", binary], check=True)
+                said = subprocess.run([binary], check=True, capture_output=True, text=True).stdout
+            found = {key: int(value) for key, value in (line.rsplit(" ", 1) for line in said.splitlines())}
+            self.assertEqual(found, {**wanted, **constants})
+
+    @staticmethod
+    def c_value(key: str) -> str:
+        if "." in key:
+            return "offsetof({}, {})".format(*key.split("."))
+        if ":" in key:
+            return "sizeof((({} *)0)->{})".format(*key.split(":"))
+        return key if key.startswith("PD_") else f"sizeof({key})"
+
+    def test_every_function_is_there(self):
+        for dim in (1, 2, 3):
+            library = load(dim)
+            for name in library.types.functions:
+                self.assertTrue(callable(getattr(library, name)), name)
+
+
+class Steps(unittest.TestCase):
+    """Sim against closed forms and against whole runs."""
+
+    def test_front_of_constant_speed(self):
+        with pdcorr.Sim(PLATE) as sim:
+            self.assertEqual((sim.dim, sim.shape, sim.until, sim.every), (1, (80,), 20 * HOUR, 5 * HOUR))
+            losses = [(frame.time, frame.volume_loss) for frame in sim]
+            self.assertEqual([t for t, _ in losses], [k * 5 * HOUR for k in range(5)])
+            for t, loss in losses:
+                self.assertAlmostEqual(loss, 3 * UM / HOUR * t / (200 * UM), delta=1e-9)
+            ledger = sim.ledgers["metal"]
+            self.assertLess(sim.imbalance, 1e-12)
+            self.assertAlmostEqual(ledger.dissolved + ledger.solid, ledger.start, delta=1e-9 * ledger.start)
+
+    def test_diffusion_into_a_slab(self):
+        from math import erfc, sqrt
+
+        with pdcorr.Sim(SLAB) as sim:
+            sim.run_to(2.0)
+            exact = np.array([erfc(x / sqrt(4 * 1e-9 * 2.0)) + erfc((200 * UM - x) / sqrt(4 * 1e-9 * 2.0))
+                              for x in sim.axes[0]])
+            self.assertLess(np.abs(sim.field("C") - exact).max(), 2e-3)
+
+    def test_frames(self):
+        with pdcorr.Sim(PIN) as sim:
+            frames = list(sim.frames([0.0, HOUR, 1.5 * HOUR], fields=["C"]))
+            self.assertEqual([f.time for f in frames], [0.0, HOUR, 1.5 * HOUR])
+            self.assertEqual(frames[0].field("C").max(), 0.0)
+            self.assertGreater(frames[1].field("C").max(), 0.0)
+            with self.assertRaisesRegex(ValueError, "moved on"):
+                frames[0].field("v")
+            with self.assertRaisesRegex(ValueError, "times: found 0 s"):
+                next(sim.frames([0.0]))
+
+    def test_same_bits_as_a_run(self):
+        seen = []
+        result = pdcorr.run(PIN, dry=True, progress=seen.append)
+        with pdcorr.Sim(PIN) as sim:
+            for _ in sim:
+                pass
+            self.assertEqual((sim.time, sim.steps, sim.volume_loss), (result.time, result.steps, result.volume_loss))
+        self.assertTrue(any("D = 1e-09" in line for line in result.summary), result.summary)
+        self.assertIn("volume_loss=", result.line)
+
+    @unittest.skipUnless(PROGRAMS, "PDCORR_PROGRAMS names no folder of pd2d")
+    def test_same_files_as_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = Path(folder, "pin.scene")
+            scene.write_text(PIN, encoding="utf-8")
+            result = pdcorr.run(scene, {"run.until": "2 h"}, h="20 um", out=Path(folder, "here"))
+            subprocess.run([Path(PROGRAMS, "pd2d"), scene, "run.until=2 h", "h=20 um", "--out", Path(folder, "there")],
+                           check=True, capture_output=True)
+            names = sorted(p.name for p in Path(folder, "there").iterdir())
+            self.assertEqual(names, sorted(p.name for p in Path(folder, "here").iterdir()))
+            self.assertGreater(len(names), 5)
+            for name in names:
+                here, there = (Path(folder, way, name).read_bytes() for way in ("here", "there"))
+                self.assertEqual(here, there, name)
+            tables = result.tables
+            table = tables["total_all"] if "total_all" in tables else next(iter(tables.values()))
+            self.assertEqual(table["time"][-1], 2 * HOUR)
+            self.assertEqual(table.unit("time"), "s")
+            self.assertEqual(table.array.shape, (len(table["time"]), len(table)))
+
+    def test_overrides(self):
+        with pdcorr.Sim(PIN, {"grid.box": "-100 um .. 300 um, -60 um .. 60 um"}, h=["10 um", "20 um"]) as sim:
+            self.assertEqual(sim.shape, (40, 6))
+            np.testing.assert_allclose(sim.h, (10 * UM, 20 * UM))
+            np.testing.assert_allclose(sim.box, ((-100 * UM, 300 * UM), (-60 * UM, 60 * UM)))
+            np.testing.assert_allclose(sim.axes[1], np.array([-50, -30, -10, 10, 30, 50]) * UM)
+        with self.assertRaisesRegex(TypeError, "h: found dict"):
+            pdcorr.Sim(PIN, h={})
+
+    def test_dimension(self):
+        with pdcorr.Sim(SLAB, {"grid.box": "0 um .. 40 um, 0 um .. 20 um"}) as sim:
+            self.assertEqual(sim.shape, (20, 10))
+        with self.assertRaisesRegex(ValueError, "expected dim=1, 2 or 3"):
+            pdcorr.Sim("dx = 5e-6\nR_wire = 0\n")
+        with self.assertRaisesRegex(pdcorr.Error, "pd2d and pd3d run scenes in 2D and 3D"):
+            pdcorr.Sim(PIN, dim=1)
+        with self.assertRaisesRegex(ValueError, "dim: found 4"):
+            pdcorr.Sim(PIN, dim=4)
+
+
+class Fields(unittest.TestCase):
+    """Arrays over memory of the library."""
+
+    def test_shapes_and_strides(self):
+        flow = ("[side x-] flow = inlet  profile = uniform  mean = 0.01 m/s\n[side x+] flow = outlet\n"
+                "[flow] rho = 1000 kg/m3  mu = 1e3 Pa s\n")
+        start = {1: "x/(1 m)", 2: "x/(1 m) + 10*y/(1 m)", 3: "x/(1 m) + 10*y/(1 m) + 100*z/(1 m)"}
+        sizes = (6, 4, 5)
+        for dim in (1, 2, 3):
+            box = ", ".join(f"0 m .. {n} m" for n in sizes[:dim])
+            scene = (f"[grid] h = 1 m  box = {box}\n" + (flow if dim > 1 else "") +
+                     f"[transport] D = 1e-9 m2/s  initial = ({start[dim]}) * 1 mol/m3\n[run] until = 1 s\n")
+            with pdcorr.Sim(scene) as sim:
+                c = sim.field("C")
+                self.assertEqual((sim.dim, c.shape, c.dtype), (dim, sizes[:dim], np.float64))
+                self.assertEqual(c.strides, (8, 48, 192)[:dim])
+                places = np.meshgrid(*sim.axes, indexing="ij")
+                np.testing.assert_allclose(c, sum(10**d * places[d] for d in range(dim)), rtol=1e-14)
+                self.assertFalse(c.flags.owndata)
+                self.assertEqual(sim.label("C"), "C [mol/m3]")
+                if dim > 1:
+                    v = sim.field("v")
+                    self.assertEqual(v.shape, (dim, *sizes[:dim]))
+                    self.assertAlmostEqual(v[0, 0].mean(), 0.01, delta=2e-3)
+                    self.assertLess(np.abs(v[1, 3]).max(), v[0, 3].max())
+
+    def test_a_field_stays_what_it_was(self):
+        sim = pdcorr.Sim(PIN)
+        context = sim._context
+        before = sim.field("C")
+        sim.run_to(HOUR)
+        after = sim.field("C")
+        copy = after.copy()
+        self.assertEqual(before.max(), 0.0)
+        sim.close()
+        sim.close()
+        np.testing.assert_array_equal(after, copy)
+        self.assertEqual(context.in_use, before.nbytes + after.nbytes)
+        part = after[3:5]
+        del after, before
+        gc.collect()
+        self.assertEqual(context.in_use, copy.nbytes)
+        np.testing.assert_array_equal(part, copy[3:5])
+        del part
+        gc.collect()
+        self.assertEqual(context.in_use, 0)
+
+    def test_memory_is_free_in_the_end(self):
+        sim = pdcorr.Sim(PIN, functions={"rate": lambda C: 1e-10})
+        context = sim._context
+        self.assertGreater(context.in_use, 100000)
+        sim.step()
+        del sim
+        gc.collect()
+        self.assertEqual(context.in_use, 0)
+        with pdcorr.Sim(PIN) as sim:
+            list(sim.frames([HOUR], fields=["C", "v"]))
+        self.assertEqual(sim.in_use, 0)
+        with self.assertRaisesRegex(ValueError, "closed"):
+            sim.step()
+        self.assertEqual(repr(sim), "<Sim: closed>")
+
+    def test_no_memory_leaks_where_building_fails(self):
+        contexts = []
+
+        def make(*arguments):
+            contexts.append(Context(*arguments))
+            return contexts[-1]
+
+        with unittest.mock.patch("pdcorr.sim.Context", make):
+            for arguments, status in (({"m": "0.3"}, "PD_ERR_PARSE"), ({"memory_limit": 200000}, "PD_ERR_LIMIT"),
+                                      ({"h": "7 um"}, "PD_ERR_ARGUMENT")):
+                with self.assertRaises(pdcorr.Error) as caught:
+                    pdcorr.Sim(PIN, **arguments)
+                self.assertEqual(caught.exception.status, pdcorr.Status[status])
+                with self.assertRaises(pdcorr.Error):
+                    pdcorr.run(PIN, dry=True, **arguments)
+        gc.collect()
+        self.assertEqual([context.in_use for context in contexts], [0] * 6)
+
+
+class Errors(unittest.TestCase):
+    """Messages of the library, and of the package."""
+
+    def test_messages(self):
+        wrong = pdcorr.Status.PD_ERR_ARGUMENT
+        for scene, status, message in (
+                ("nowhere.scene", pdcorr.Status.PD_ERR_FILE, "nowhere.scene: there is no such file"),
+                ("[grid] h = 1 um  box = 0 um .. 9 um\n[gird]\n", wrong, "scene:2: .*gird"),
+                (PIN + "[probe p] at = 1 m, 0 m  fields = C\n", wrong, "scene:12: at: found 1 m on axis x")):
+            with self.assertRaisesRegex(pdcorr.Error, message) as caught:
+                pdcorr.Sim(scene)
+            self.assertEqual(caught.exception.status, status)
+        again = pickle.loads(pickle.dumps(caught.exception))
+        self.assertEqual((str(again), again.status), (str(caught.exception), caught.exception.status))
+
+    def test_wrong_calls(self):
+        with pdcorr.Sim(PIN) as sim:
+            with self.assertRaisesRegex(pdcorr.Error, "no field has the name q"):
+                sim.field("q")
+            with self.assertRaisesRegex(pdcorr.Error, "a time ahead"):
+                sim.step(-1.0)
+            sim.step()  # they have not spoilt it
+        for arguments in ({"threads": -1}, {"threads": 1.5}, {"memory_limit": -1}):
+            with self.assertRaisesRegex(ValueError, next(iter(arguments))):
+                pdcorr.Sim(PIN, **arguments)
+
+    def test_tables(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "t.csv")
+            path.write_text('# from\n"time [s]",a [-],a [m]\n0,1,nan\n1,2e-3,4\n', encoding="utf-8")
+            table = pdcorr.read_table(path)
+            self.assertEqual(list(table), ["time [s]", "a [-]", "a [m]"])
+            np.testing.assert_array_equal(table["time"], [0, 1])
+            np.testing.assert_array_equal(table["a [-]"], [1, 2e-3])
+            self.assertEqual(table.unit("a [m]"), "m")
+            for key in ("a", "b"):
+                with self.assertRaisesRegex(KeyError, "expected one of time"):
+                    table[key]
+            for text, message in (("", "no headings"), ("a,b\n1\n", ":2: found 1 fields"),
+                                  ("a,b\n1,c\n", ":2: found 'c'"), ("a,a\n1,2\n", "twice")):
+                path.write_text(text, encoding="utf-8")
+                with self.assertRaisesRegex(ValueError, message):
+                    pdcorr.read_table(path)
+
+
+class Functions(unittest.TestCase):
+    """Python functions in the place of values of a scene."""
+
+    def test_a_law_has_the_bits_of_the_expression(self):
+        def rate(C):
+            return 1.21 * UM / 3600 * (1 - C / 56.1)
+
+        scene = PIN.replace("1.21 um/h", "1.21*1e-6/3600 * 1 m/s")
+        with pdcorr.Sim(scene) as written, pdcorr.Sim(PIN, functions={"rate": rate}) as called:
+            written.run_to(2 * HOUR)
+            called.run_to(2 * HOUR)
+            self.assertEqual(written.steps, called.steps)
+            self.assertAlmostEqual(written.volume_loss, called.volume_loss, delta=1e-12)
+            self.assertGreater(called.volume_loss, 0.03)
+
+    def test_a_law_of_time_in_closed_form(self):
+        with pdcorr.Sim(PLATE, functions={"rate": lambda t: 3 * UM / HOUR * (t / (10 * HOUR))}) as sim:
+            sim.run_to(20 * HOUR)  # the integral of the speed is 60 um
+            self.assertAlmostEqual(sim.volume_loss, 0.3, delta=2e-3)
+        with pdcorr.Sim(PLATE, functions={"rate": lambda x: 3 * UM / HOUR if x > 190 * UM else 0.0}) as sim:
+            sim.run_to(20 * HOUR)
+            self.assertAlmostEqual(sim.volume_loss, 0.05, delta=0.03)
+
+    def test_what_enters_and_what_is_held(self):
+        scene = PIN.replace("kind = solid   material = mg4ag", "kind = wall").replace("[dissolve]", "#")
+        for old, new in (("1e-9 m2/s", "1e-9 m2/s  time = steady"), ("until = 4 h", ""), ("every = 1 h", "")):
+            scene = scene.replace(old, new)
+        with pdcorr.Sim(scene, functions={"x-.C": lambda y: 2.0 + 0 * y}) as sim:
+            np.testing.assert_allclose(sim.field("C")[sim.field("kind") == pdcorr.Kind.FLUID], 2.0, rtol=1e-6)
+        from math import erfc, sqrt
+
+        with pdcorr.Sim(SLAB, functions={"x-.C": lambda t: sqrt(t)}) as sim:  # Carslaw and Jaeger, section 2.5
+            sim.run_to(0.5)
+            z = sim.axes[0] / sqrt(4 * 1e-9 * 0.5)
+            exact = sqrt(0.5) * np.array([np.exp(-s * s) - sqrt(np.pi) * s * erfc(s) for s in z])
+            self.assertLess(np.abs(sim.field("C") - exact).max(), 5e-3)
+        with pdcorr.Sim(SLAB, functions={"x-.C": lambda: 3.0, "initial": lambda x: 3.0}) as sim:
+            sim.run_to(1.0)
+            np.testing.assert_allclose(sim.field("C"), 3.0, rtol=1e-12)
+
+    def test_speed_of_an_inlet(self):
+        scene = PIN.replace("[dissolve]", "#").replace("kind = solid   material = mg4ag", "kind = wall")
+        with pdcorr.Sim(scene) as slow, pdcorr.Sim(scene, functions={"x-.mean": lambda t: 0.1}) as fast:
+            self.assertAlmostEqual(fast.field("v")[0, 2].sum() / slow.field("v")[0, 2].sum(), 2.0, delta=1e-3)
+        profile = scene.replace("profile = parabola   mean = 0.05 m/s", "profile = expression  vx = 1 m/s")
+        with pdcorr.Sim(profile, functions={"x-.vx": lambda y: 0.075 * (1 - (y / 1e-4) ** 2)}) as sim, \
+                pdcorr.Sim(scene) as slow:
+            np.testing.assert_allclose(sim.field("v")[0, 2], slow.field("v")[0, 2], rtol=1e-6)
+
+    def test_exceptions_come_out(self):
+        calls = []
+
+        def late(C, t):
+            calls.append(t)
+            if t > HOUR:
+                raise ZeroDivisionError("of the law")
+            return 3e-10
+
+        sim = pdcorr.Sim(PIN, functions={"rate": late})
+        with self.assertRaisesRegex(ZeroDivisionError, "of the law"):
+            sim.run_to(4 * HOUR)
+        with self.assertRaisesRegex(pdcorr.Error, "has failed: of the law"):
+            sim.step()
+        sim.close()
+        self.assertEqual(sim.in_use, 0)
+        with self.assertRaisesRegex(ZeroDivisionError, "of the law"):
+            pdcorr.run(PIN, dry=True, functions={"rate": late})
+        with self.assertRaises(TypeError):
+            pdcorr.Sim(PIN, functions={"rate": lambda C: None}).step()
+        with self.assertRaisesRegex(RuntimeError, "shown"):
+            def show(_text):
+                raise RuntimeError("shown")
+            pdcorr.run(PIN, dry=True, progress=show)
+
+    def test_what_is_refused(self):
+        for key, fn, kind, message in (
+                ("rate", lambda c: 1.0, ValueError, r"found parameters \(c\), expected some of C, t, x, y"),
+                ("rate", lambda *a: 1.0, ValueError, "found parameters"), ("rate", 3, TypeError, "found int"),
+                ("initial", lambda t: 1.0, ValueError, "expected some of x, y"),
+                ("rat", lambda: 1.0, pdcorr.Error, "expected rate, initial, or a side"),
+                ("x+.C", lambda: 1.0, pdcorr.Error, "expected an inlet, or a wall"),
+                ("x-.vx", lambda: 1.0, pdcorr.Error, "profile = expression"),
+                ("y-.mean", lambda: 1.0, pdcorr.Error, "expected an inlet"),
+                ("z-.C", lambda: 1.0, pdcorr.Error, "expected rate, initial")):
+            with self.assertRaisesRegex(kind, message):
+                pdcorr.Sim(PIN, functions={key: fn})
+        with self.assertRaisesRegex(ValueError, "beside checkpoint"):
+            pdcorr.run(PIN, functions={"rate": lambda: 1e-10}, checkpoint=0.0)
+
+    def test_a_call_within_a_call(self):
+        def rate(C):
+            if sim is not None:
+                sim.field("C")
+            return 1e-10 * (1 + C)
+
+        sim = None  # until it is built
+        sim = pdcorr.Sim(PIN, functions={"rate": rate})
+        with self.assertRaisesRegex(pdcorr.Error, "a call within a call"):
+            sim.step()
+
+
+class Interrupts(unittest.TestCase):
+    """Ctrl-C in the middle of a step."""
+
+    FINE = {"h": "1 um", "until": "1 h"}  # its first flow takes longer than any patience
+
+    def interrupt(self, work) -> float:
+        """Seconds from a SIGINT until work() ends."""
+        sent = []
+
+        def send():
+            sent.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        timer = threading.Timer(0.7, send)
+        timer.start()
+        try:
+            work()
+        finally:
+            timer.join()
+        return time.monotonic() - sent[0]
+
+    def test_ctrl_c(self):
+        handler = signal.getsignal(signal.SIGINT)
+        for work in (lambda: pdcorr.Sim(PIN, self.FINE), lambda: pdcorr.run(PIN, self.FINE, dry=True)):
+            begin = time.monotonic()
+            with self.assertRaises(KeyboardInterrupt):
+                self.interrupt(work)
+            self.assertLess(time.monotonic() - begin, 0.7 + 1.0 + 1.0)  # the machine may be busy
+            self.assertIs(signal.getsignal(signal.SIGINT), handler)
+
+    def test_a_step_can_be_made_again(self):
+        with pdcorr.Sim(PIN) as sim, pdcorr.Sim(PIN) as other:
+            sim._context.guard.raised = KeyboardInterrupt()
+            with self.assertRaises(KeyboardInterrupt):
+                sim.step()
+            self.assertEqual(sim.steps, 0)
+            self.assertEqual(sim.step(), other.step())
+            np.testing.assert_array_equal(sim.field("C"), other.field("C"))
+
+    def test_handlers_of_the_program(self):
+        heard = []
+        handler = signal.signal(signal.SIGINT, lambda *_: heard.append(1))
+        try:
+            with pdcorr.Sim(PIN, h="4 um") as sim:
+                def steps():
+                    begin = time.monotonic()
+                    while time.monotonic() - begin < 1.0:
+                        sim.step(sim.time + 0.2 * HOUR)
+                self.interrupt(steps)
+        finally:
+            signal.signal(signal.SIGINT, handler)
+        self.assertEqual(heard, [1])
+
+    def test_other_threads(self):
+        found = []
+        thread = threading.Thread(target=lambda: found.append(pdcorr.run(PIN, dry=True, h="20 um").volume_loss))
+        thread.start()
+        thread.join()
+        self.assertEqual(found, [pdcorr.run(PIN, dry=True, h="20 um").volume_loss])
+
+
+class Kernels(unittest.TestCase):
+    """Lattice, operators and their matrices."""
+
+    def lattice(self, dim=2, **more):
+        periodic = {axis + end: "periodic" for axis in "xyz"[:dim] for end in "-+"}
+        h = [1e-6, 2e-6, 1e-6][:dim]
+        box = [(0, n * d) for n, d in zip((16, 12, 8), h)]
+        return pdcorr.Lattice(h, box, sides=more.pop("sides", periodic), **more)
+
+    def test_laplacian_against_the_stencil(self):
+        for dim in (1, 2, 3):
+            lattice = self.lattice(dim)
+            s = lattice.stencil
+            np.testing.assert_allclose(s.xi, s.offset * np.array([1e-6, 2e-6, 1e-6][:dim]), rtol=1e-15)
+            rng = np.random.default_rng(1)
+            f = lattice.zeros()
+            f[lattice.inside] = rng.standard_normal(lattice.cells)
+            inner = f[lattice.inside].copy()
+            expected = sum(w * (np.roll(inner, tuple(-n), tuple(range(dim))) - inner) for n, w in zip(s.offset, s.lap))
+            scale = s.lap.sum() * np.abs(inner).max()
+            np.testing.assert_allclose(lattice.laplacian(f)[lattice.inside], expected, atol=1e-14 * scale)
+            wave = 2 * np.pi / (16e-6)
+            f[...] = np.cos(wave * lattice.axes[0]).reshape(-1, *[1] * (dim - 1))
+            symbol = (s.lap * (np.cos(wave * s.xi[:, 0]) - 1)).sum()
+            lap = lattice.laplacian(f)
+            np.testing.assert_allclose(lap[lattice.inside], symbol * f[lattice.inside], atol=1e-13 * scale)
+
+    def test_quadratics(self):
+        lattice = pdcorr.Lattice((1.0, 0.5), ((-8, 8), (-4, 4)), m=2)
+        x, y = np.meshgrid(*lattice.axes, indexing="ij")
+        f, u = lattice.zeros(), lattice.zeros(2)
+        f[...] = 1 + x - y + x * x + 3 * y * y - x * y
+        u[0], u[1] = x * x, x * y
+        whole = lattice.whole
+        self.assertGreater(whole.sum(), 50)
+        np.testing.assert_allclose(lattice.laplacian(f)[whole], 8.0, rtol=1e-12)
+        gradient = lattice.gradient(f)
+        np.testing.assert_allclose(gradient[0][whole], (1 + 2 * x - y)[whole], atol=1e-12)
+        np.testing.assert_allclose(gradient[1][whole], (-1 + 6 * y - x)[whole], atol=1e-12)
+        np.testing.assert_allclose(lattice.divergence(u)[whole], 3 * x[whole], atol=1e-12)
+        diffusivity = lattice.zeros()
+        diffusivity[...] = 2.0
+        np.testing.assert_allclose(lattice.diffuse(diffusivity, f)[whole], 16.0, rtol=1e-12)
+
+    @unittest.skipUnless(has("scipy"), "scipy is not installed")
+    def test_matrices_against_operators(self):
+        hole = pdcorr.difference(pdcorr.ball((8e-6, 12e-6), 4e-6), pdcorr.half_space((8e-6, 12e-6), (1, 0)))
+        walled = self.lattice(sides={"y-": "mirror"}, wall=hole, m=2)
+        ports = self.lattice(sides={"x-": "inlet", "x+": "outlet"}, solid=pdcorr.box((4e-6, 8e-6), (8e-6, 16e-6)))
+        rng = np.random.default_rng(2)
+        for lattice in (walled, ports, self.lattice(3), self.lattice(1)):
+            f, d = lattice.zeros(), lattice.zeros()
+            f[...] = rng.standard_normal(lattice.shape)
+            d[...] = 1e-9 * (1 + rng.random(lattice.shape))
+            lattice.fill_ghosts(d)
+            for operator, value in (("laplacian", lattice.laplacian(f)), ("diffuse", lattice.diffuse(d, f)),
+                                    ("gradient", lattice.gradient(f)[0] if lattice.dim > 1 else lattice.gradient(f))):
+                csr = lattice.csr(operator, diffusivity=d)
+                flat = f.ravel(order="F")
+                found = csr.matrix() @ flat[csr.node] + csr.given_matrix(lattice.total) @ flat
+                wanted = value.ravel(order="F")[csr.node]
+                size = abs(csr.matrix()).sum(axis=1).max() * np.abs(flat).max()
+                np.testing.assert_allclose(found, wanted, atol=1e-14 * size, err_msg=f"{operator} {lattice}")
+            laplacian = lattice.csr().matrix()
+            self.assertLess(abs(laplacian - laplacian.T).max(), 1e-14 * abs(laplacian).max())
+            self.assertEqual(laplacian.shape[0], (lattice.kind == pdcorr.Kind.FLUID)[lattice.inside].sum())
+        some = ports.kind == pdcorr.Kind.FLUID
+        some[ports.axes[0] > 8e-6] = False
+        self.assertEqual(len(ports.csr(mask=some).node), some[ports.inside].sum())
+
+    def test_kinds(self):
+        beyond = pdcorr.complement(pdcorr.half_space((14e-6, 0), (1, 0)))
+        lattice = self.lattice(
+            solid=pdcorr.union(pdcorr.box((0, 0), (2e-6, 24e-6)), pdcorr.ball((10e-6, 12e-6), 1.1e-6)),
+            wall=pdcorr.intersect(beyond, pdcorr.cylinder(2, (15e-6, 6e-6), 5e-6)))
+        kind = lattice.kind[lattice.inside]
+        x, y = np.meshgrid(lattice.axes[0][lattice.inside[0]], lattice.axes[1][lattice.inside[1]], indexing="ij")
+        solid = (x < 2e-6) | (np.hypot(x - 10e-6, y - 12e-6) < 1.1e-6)
+        wall = (x > 14e-6) & (np.hypot(x - 15e-6, y - 6e-6) < 5e-6)
+        np.testing.assert_array_equal(kind == pdcorr.Kind.SOLID, solid & ~wall)
+        np.testing.assert_array_equal(kind == pdcorr.Kind.WALL, wall)
+        self.assertTrue(solid.any() and wall.any())
+
+    def test_what_is_refused(self):
+        lattice = self.lattice()
+        f = lattice.zeros()
+        frozen = lattice.zeros()
+        frozen.flags.writeable = False
+        for wrong, kind, message in (
+                (f.astype(np.float32), ValueError, "found float32"),
+                (f.copy(order="C"), ValueError, "axis x the fastest"),
+                (f[1:], ValueError, r"found float64 \[21, 18\]"),
+                (lattice.zeros(2), ValueError, r"found float64 \[2, 22, 18\]"),
+                (f.tolist(), TypeError, "found list"), (frozen, ValueError, "cannot be written")):
+            with self.assertRaisesRegex(kind, message):
+                lattice.laplacian(wrong)
+        with self.assertRaisesRegex(ValueError, "out: found the memory"):
+            lattice.laplacian(f, f)
+        with self.assertRaisesRegex(ValueError, "u: found|f: found"):
+            lattice.divergence(f)
+        with self.assertRaisesRegex(ValueError, "operator: found 'curl'"):
+            lattice.csr("curl")
+        with self.assertRaisesRegex(ValueError, "mask: found int64"):
+            lattice.csr(mask=np.zeros(lattice.shape, dtype=np.int64))
+        with self.assertRaisesRegex(pdcorr.Error, "diffusivity"):
+            lattice.csr("diffuse")
+        with self.assertRaisesRegex(ValueError, "sides: found 'z-'"):
+            self.lattice(sides={"z-": "mirror"})
+        with self.assertRaisesRegex(pdcorr.Error, "cells"):
+            pdcorr.Lattice((1.0,), ((0, 9.5),))
+        with self.assertRaisesRegex(ValueError, "coordinates in 2D"):
+            self.lattice(solid=pdcorr.ball((0, 0, 0), 1e-6))
+        with self.assertRaisesRegex(ValueError, "8 at most"):
+            self.lattice(solid=pdcorr.union(*[pdcorr.ball((0, 0), 1e-6)] * 9))
+
+    def test_memory(self):
+        lattice = self.lattice(solid=pdcorr.ball((8e-6, 12e-6), 4e-6))
+        context = lattice._context
+        csr, kind = lattice.csr(), lattice.kind
+        total = csr.weight.sum()
+        del lattice
+        gc.collect()
+        self.assertEqual(csr.weight.sum(), total)  # they hold what they look at
+        self.assertEqual((kind == pdcorr.Kind.SOLID).sum(), np.count_nonzero(kind == 2))
+        del csr, kind
+        gc.collect()
+        self.assertEqual(context.in_use, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
