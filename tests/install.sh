@@ -90,7 +90,7 @@ if command -v cmake > /dev/null; then
     done
     check "CMake: this version" consumer "$tree" "$version"
     for other in 0.0.9 0.2 1.0 9.1; do
-        ! consumer "$tree" $other && grep -q "compatible with requested version" "$dir/log"
+        ! consumer "$tree" $other && grep -q "not accepted:" "$dir/log"
         verdict "CMake: version $other is not found"
     done
 else
