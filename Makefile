@@ -14,7 +14,7 @@ building = @$(if $(V),set -x,echo '  $(notdir $(CC)) $@');
 WARN = -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Werror
 
 # What the compiler offers, found by compiling and linking a small program.
-ifneq ($(filter-out help clean,$(or $(MAKECMDGOALS),all)),)
+ifneq ($(filter-out help clean uninstall,$(or $(MAKECMDGOALS),all)),)
 probe = $(shell d=$$(mktemp -d) && printf '$(1)' > $$d/p.c && \
           $(CC) $(2) $$d/p.c -o $$d/p 2> $$d/log && echo '$(2)'; rm -rf $$d)
 NATIVE := $(call probe,int main(void) { return 0; }\n,-march=native)
@@ -134,7 +134,8 @@ test-hard: ## the hard cases with their long sweeps: tens of minutes
 
 tests: $(TESTS) $(HARD_TESTS) ## build the test programs without running them
 
-amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/
+amalgam: $(BUILD)/amalgamate ## write pdcorr.h from src/, and the templates in it from examples/scenes/templates/
+	sh tools/templates.sh
 	$(BUILD)/amalgamate src LICENSE pdcorr.h
 
 lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modules
@@ -208,6 +209,33 @@ test32: ## the tests of floors 0 to 3 built with -m32 and run
 .PHONY: logs32
 logs32: $(patsubst %,$(LOGS)/test_%.log,$(TESTS32))
 
+# ---- installing: DESTDIR for packages, PREFIX and folders below it. CFLAGS without NATIVE for other machines.
+PREFIX ?= /usr/local
+BINDIR ?= $(PREFIX)/bin
+INCLUDEDIR ?= $(PREFIX)/include
+LIBDIR ?= $(PREFIX)/lib
+DATADIR ?= $(PREFIX)/share
+MANDIR ?= $(DATADIR)/man
+LIBRARIES = $(BUILD)/lib/libpdcorr.so $(BUILD)/lib/libpdcorr.a
+installer = @DESTDIR='$(DESTDIR)' PREFIX='$(PREFIX)' BINDIR='$(BINDIR)' INCLUDEDIR='$(INCLUDEDIR)' LIBDIR='$(LIBDIR)' \
+            DATADIR='$(DATADIR)' MANDIR='$(MANDIR)' BUILD='$(BUILD)' OMP='$(OMP)' sh tools/install.sh
+
+.PHONY: install uninstall libraries
+libraries: $(LIBRARIES) ## build libpdcorr.so and libpdcorr.a, with all dimensions
+
+install: all $(LIBRARIES) ## install below DESTDIR/PREFIX: header, programs, libraries, man pages, completions, scenes
+	$(installer) install
+
+uninstall: ## remove what `make install` with the same DESTDIR and PREFIX has installed
+	$(installer) uninstall
+
+$(BUILD)/lib/libpdcorr.so: $(foreach k,$(DIMS),$(BUILD)/lib/pdcorr$kd.o)
+	$(building) $(CC) $(CFLAGS) $(OMP) -shared -Wl,-soname,$$(sh tools/install.sh soname) $^ -o $@ $(LIBS)
+
+$(BUILD)/lib/libpdcorr.a: $(foreach k,$(DIMS),$(BUILD)/lib/pdcorr$kd.o)
+	@rm -f $@
+	$(building) ar rcs $@ $^
+
 clean: ## remove what was built
 	rm -rf $(BUILD)
 
@@ -251,6 +279,11 @@ $$(BUILD)/python/pdcorr/libpdcorr$(1)d.so: pdcorr.h $$(BUILD)/flags
 # The library of all programs. PDI_SPLIT: the reports measure internal functions, too.
 $$(BUILD)/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -DPDI_SPLIT -x c -c $$< -o $$@
+
+# The library that is installed: its public functions alone have names outside of it.
+$$(BUILD)/lib/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
+	@mkdir -p $$(@D)
+	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -fPIC -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
 $$(BUILD)/pd$(1)d: drivers/scene.c $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)

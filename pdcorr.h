@@ -168,6 +168,8 @@
  *     units      physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
  *     curve      a function of one variable through given points, as monotone as they are.
  *     expr       expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
+ *     keys       the sections of a scene and their keys, with units, defaults and meanings: what the parser takes, what
+ *     template   commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
  *     text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
  *     named_files files that a scene names.
  *     setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
@@ -232,7 +234,14 @@
 #ifndef PD_CONFIG_H
 #define PD_CONFIG_H
 
-#define PD_VERSION "0.1.0"
+/* `make install` takes the version of pdcorr.pc and of the CMake files from these three lines. */
+#define PD_VERSION_MAJOR 0
+#define PD_VERSION_MINOR 1
+#define PD_VERSION_PATCH 0
+#define PDI_TEXT_OF2(number) #number
+#define PDI_TEXT_OF(number) PDI_TEXT_OF2(number)
+#define PD_VERSION \
+    PDI_TEXT_OF(PD_VERSION_MAJOR) "." PDI_TEXT_OF(PD_VERSION_MINOR) "." PDI_TEXT_OF(PD_VERSION_PATCH) /* "0.1.0" */
 
 #ifndef PD_DIM
 #error "pdcorr: define PD_DIM as 1, 2 or 3 before the header"
@@ -7561,6 +7570,63 @@ PDI_FN int pdi_expr_taken(const char *name);
 
 #endif
 
+/* ======== >>scene/keys.h ======== */
+/* keys: the sections of a scene and their keys, with units, defaults and meanings: what the parser takes, what
+ * `pd2d --keys` prints, and what the tables of docs/guide.md say.
+ */
+#ifndef PD_KEYS_H
+#define PD_KEYS_H
+
+typedef struct pd_key {
+    const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
+    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's */
+    const char *fallback; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
+    const char *meaning;
+} pd_key;
+
+typedef struct pd_key_section {
+    const char *name, *label; /* label: what stands behind the name: "NAME", "" for nothing */
+    const char *meaning;
+    const pd_key *key; /* [count] in the order of the guide */
+    int count;
+} pd_key_section;
+
+#define pd_keys PD_NAME(pd_keys)
+
+/* All sections, in the order of the guide. */
+PD_API const pd_key_section *pd_keys(int *count);
+
+#ifdef PDI_INTERNAL
+/* NULL: there is none. */
+PDI_FN const pd_key_section *pdi_keys_section(const char *name);
+PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key);
+#ifdef PD_DEBUG
+/* 1 when the table has this key with this unit (NULL: not asked for) and this default among its own (NULL: none), or
+ * the section has no name. */
+PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback);
+#endif
+#endif
+
+#endif
+
+/* ======== >>scene/template.h ======== */
+/* template: commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
+ */
+#ifndef PD_TEMPLATE_H
+#define PD_TEMPLATE_H
+
+typedef struct pd_template {
+    const char *name;
+    const char *const *line; /* without its end; NULL ends */
+} pd_template;
+
+#define pd_templates PD_NAME(pd_templates)
+
+/* All templates of this dimension, by name. */
+PD_API const pd_template *pd_templates(int *count);
+
+#endif
+
 /* ======== >>scene/text.h ======== */
 /* text: the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
  *
@@ -7616,6 +7682,7 @@ typedef struct pd_text {
     int const_count;
     const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
     int table_count;
+    int scene;                    /* set by the caller: look-ups are held against pd_keys where PD_DEBUG is defined */
     pd_section *section; /* 0: what stands before the first section line */
     int section_count, section_room;
     pd_text_entry *entry;
@@ -9892,6 +9959,9 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
 #include <math.h>
 #include <string.h>
 #include <time.h>
+#if defined(__wasi__)
+#include <wasi/api.h>
+#endif
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -10111,6 +10181,9 @@ PDI_FN double pdi_par_clock(void)
 {
 #ifdef _OPENMP
     return omp_get_wtime();
+#elif defined(__wasi__) /* its C library has no clock() */
+    __wasi_timestamp_t now = 0; /* [ns] */
+    return __wasi_clock_time_get(__WASI_CLOCKID_MONOTONIC, 1000, &now) == 0 ? 1e-9 * (double)now : 0.0;
 #else
     return (double)clock() / (double)CLOCKS_PER_SEC;
 #endif
@@ -38862,6 +38935,11 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
+/* As in windows.h, which defines thousands of other names; rename() does not replace there. */
+#ifdef __cplusplus
+extern "C"
+#endif
+__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long flags);
 #else
 #include <unistd.h>
 #endif
@@ -39103,14 +39181,17 @@ PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
     return PD_OK;
 }
 
+/* One that is there is replaced, at once: there is a whole file under that name at every moment. */
 static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
-    remove(to); /* rename does not replace there */
-#endif
+    const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
+    return MoveFileExA(from, to, replace) ? 0 : EACCES;
+#else
     errno = 0;
     if (rename(from, to) == 0) return 0;
     return errno ? errno : EACCES;
+#endif
 }
 
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
@@ -40394,7 +40475,10 @@ static void pdi_folder_drop(const char *path, int lock)
 static int pdi_folder_busy(int lock)
 {
     errno = 0;
-#if defined(LOCK_EX)
+#if defined(__wasi__) /* which has no locks */
+    (void)lock;
+    return 0;
+#elif defined(LOCK_EX)
     /* the lock belongs to the descriptor, so two runs of one process exclude each other */
     return flock(lock, LOCK_EX | LOCK_NB) != 0 && (errno == EWOULDBLOCK || errno == EAGAIN);
 #else
@@ -40423,7 +40507,11 @@ static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
     return PDI_FOLDER_GONE;
 }
 
+#if defined(__wasi__)
+static long pdi_folder_process(void) { return 0; } /* processes have no numbers there */
+#else
 static long pdi_folder_process(void) { return (long)getpid(); }
+#endif
 
 static void pdi_folder_write(int lock, const char *text)
 {
@@ -46025,6 +46113,875 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #pragma GCC optimize ("Og")
 #endif
 
+/* ======== >>scene/keys.c ======== */
+/* keys: see keys.h. Text in `...` stands for itself in a scene. Look-ups of readers are held against units and defaults
+ * (pdi_keys_agree), the tables of docs/guide.md against all of it (tests/test_keys.c). */
+#include <string.h>
+
+static const pd_key pdi_keys_of_constants[] = {
+    {"NAME", "any", "-",
+     "a value of any dimension, an expression of those above it"}};
+
+static const pd_key pdi_keys_of_grid[] = {
+    {"h", "m", "required",
+     "spacing, one or one an axis"},
+    {"m", "-", "1; beside `[corrode]` that of its bonds",
+     "horizon of the fluid over h, 1 to 6"},
+    {"box", "m", "required",
+     "extent, a range an axis, whole numbers of cells"},
+    {"geometry", "-", "planar",
+     "2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings and "
+     "amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, or at least "
+     "one horizon (m cells) away"},
+    {"threads", "-", "0",
+     "threads, 0 to 1024; 0: all. The `--threads` option goes first"}};
+
+static const pd_key pdi_keys_of_shape[] = {
+    {"box", "m", "-",
+     "box, a range an axis"},
+    {"ball", "m", "-",
+     "centre of a ball (a disc in 2D), with `radius`"},
+    {"cylinder", "-", "-",
+     "`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab"},
+    {"half_space", "-", "-",
+     "`yes`: points behind a plane, with `point` and `normal`"},
+    {"mask", "-", "-",
+     "2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`"},
+    {"raw", "-", "-",
+     "file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`"},
+    {"stl", "-", "-",
+     "3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
+     "triangles; with `scale`. Where it ends at a side of the box is a face of it"},
+    {"union, intersect, difference", "-", "-",
+     "2 to 8 names of shapes above; `difference`: first minus the others"},
+    {"radius", "m", "required there",
+     "of a ball or a cylinder"},
+    {"centre", "m", "the origin",
+     "a point of the axis of a cylinder"},
+    {"point", "m", "required there",
+     "a point of the plane of a half space"},
+    {"normal", "-", "required there",
+     "outward normal of that plane, plain numbers"},
+    {"corner", "m", "required there",
+     "place of the first corner of a mask or a raw file"},
+    {"cell", "m", "required there",
+     "size of a pixel or voxel, one or one an axis"},
+    {"size", "-", "required there",
+     "voxels of a raw file, a number an axis"},
+    {"scale", "m", "required there",
+     "length of one unit of an STL file"},
+    {"shift", "m", "the origin",
+     "where the origin of an STL file lies"},
+    {"outside", "-", "no",
+     "`yes`: the complement"},
+    {"kind", "-", "part",
+     "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
+     "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
+     "held), `part` (operand of a set operation only)"},
+    {"C", "mol/m3", "no flux",
+     "`wall`: concentration that its surface holds"},
+    {"D", "m2/s", "required there",
+     "`medium`: diffusivity inside"},
+    {"material", "-", "the first one that is named, else mg4ag",
+     "preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources in "
+     "`src/metal/material.h`). Solids may be of different metals"},
+    {"grains", "m", "no grains",
+     "mean grain diameter; the grains of all solids are the same"},
+    {"grain_spread", "m", "0",
+     "standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 %, 13 % "
+     "of it in 1D, 2D, 3D"},
+    {"grain_seed", "-", "1",
+     "whole number, another polycrystal each"},
+    {"boundary_width", "m", "0.5 um",
+     "physical width of a grain boundary"},
+    {"ux, uy, uz", "m", "-",
+     "`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free"}};
+
+static const pd_key pdi_keys_of_side[] = {
+    {"flow", "-", "noslip; with `[gas]` slip",
+     "`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free slip), "
+     "`open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with `[corrode]`: `bulk` "
+     "behind it), `slip` (with `[gas]`: a wall)"},
+    {"profile", "-", "required there",
+     "inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`"},
+    {"mean", "m/s", "required, or `flow_rate`",
+     "inlet: mean speed into the box, expression in t"},
+    {"flow_rate", "m3/s", "-",
+     "inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening"},
+    {"vx, vy, vz", "m/s", "0, one of them required",
+     "`profile = expression`: velocity, expressions in x, y, z, t"},
+    {"p", "Pa", "0",
+     "outlet: pressure"},
+    {"velocity", "m/s", "0",
+     "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
+    {"C", "mol/m3", "inlet, open: 0; wall: no flux",
+     "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+    {"ux, uy, uz", "m", "-",
+     "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
+    {"traction", "Pa", "-",
+     "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
+    {"pressure", "Pa", "-",
+     "with `[solid]`: force per area against the side, an expression in x, y, z, t"}};
+
+static const pd_key pdi_keys_of_flow[] = {
+    {"rho", "kg/m3", "required",
+     "density"},
+    {"mu", "Pa s", "required",
+     "viscosity"},
+    {"steady", "-", "1e-6",
+     "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
+    {"order", "-", "2",
+     "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
+     "or `implicit`"},
+    {"force", "m/s2", "0",
+     "body force per mass, an expression in x, y, z, t an axis"},
+    {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     "reference value that residuals and `Re` are reported with; nothing else depends on it"},
+    {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     "as `speed`"},
+    {"time", "-", "steady",
+     "`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible flow in "
+     "time; `given`: `vx`, `vy`, `vz` for ever"},
+    {"vx, vy, vz", "m/s", "0",
+     "flow at the start, or given flow (free of divergence), expressions in x, y, z"},
+    {"rtol", "-", "1e-4",
+     "`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)"},
+    {"eos", "-", "tait",
+     "`explicit`: `tait` or `linear`"},
+    {"c0", "m/s", "required there",
+     "`explicit`: speed of sound, ten times the largest speed or more"}};
+
+static const pd_key pdi_keys_of_gas[] = {
+    {"gamma", "-", "1.4",
+     "ratio of the heat capacities, above 1"},
+    {"rho", "kg/m3", "required",
+     "density at the start, an expression in x, y, z, positive"},
+    {"p", "Pa", "required",
+     "pressure at the start, an expression in x, y, z, positive"},
+    {"vx, vy, vz", "m/s", "0",
+     "velocity at the start, expressions in x, y, z"},
+    {"order", "-", "second",
+     "`second` where smooth, `first`"},
+    {"cfl", "-", "0.8",
+     "share of the longest stable step (theory: eq. 4.26), up to 1"}};
+
+static const pd_key pdi_keys_of_transport[] = {
+    {"D", "m2/s", "required",
+     "diffusivity"},
+    {"initial", "mol/m3", "0",
+     "concentration at the start, expression in x, y, z, not negative"},
+    {"advection", "-", "limited",
+     "`limited` (second order where smooth), `upwind` (first order)"},
+    {"time", "-", "implicit",
+     "`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than 1e-6 of "
+     "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
+
+static const pd_key pdi_keys_of_dissolve[] = {
+    {"rate", "m/s", "`rate` or `law` required",
+     "recession speed of the surface, expression in `C`, t, x, y, z"},
+    {"law", "1/s", "-",
+     "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+    {"rate_scale", "-", "1",
+     "factor of `rate` or `law`"},
+    {"Csat", "mol/m3", "none",
+     "saturation concentration, a constant for the expressions"},
+    {"Cs", "mol/m3", "density over molar mass",
+     "concentration of the intact metal"},
+    {"charge", "-", "that of the material",
+     "electrons that an atom gives off, for currents in the summary"},
+    {"gb_factor", "-", "1",
+     "factor on the speed in a grain boundary; needs `grains`"},
+    {"threshold", "-", "0",
+     "share of the content that stays in a node when it turns fluid, up to 0.99"},
+    {"m", "-", "3, or that of the fluid when it is longer",
+     "horizon of the bonds of metal over h, at least that of the fluid, up to 6"}};
+
+static const pd_key pdi_keys_of_corrode[] = {
+    {"rate", "m/s", "`rate` or `current` required",
+     "recession speed of the surface, expression in `C`, t, x, y, z"},
+    {"current", "A/m2", "-",
+     "the same as a current density: speed = `i/(z F Cs)`"},
+    {"rate_scale", "-", "1",
+     "factor of `rate` or `current`"},
+    {"Csat", "mol/m3", "required",
+     "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
+     "(salt layer)"},
+    {"Cs", "mol/m3", "density over molar mass",
+     "concentration of the intact metal"},
+    {"charge", "-", "that of the material",
+     "electrons given off by one atom, `z_m`"},
+    {"D", "m2/s", "required; `activation` 0",
+     "diffusivity of the fluid"},
+    {"initial", "mol/m3", "0",
+     "concentration of the fluid at the start, expression in x, y, z, not negative"},
+    {"bulk", "mol/m3", "0",
+     "concentration behind open sides; with `activation` of all fluid, up to `Csat`"},
+    {"control", "-", "diffusion",
+     "`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once"},
+    {"drive", "-", "constant",
+     "`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference of metal "
+     "and fluid, as in the literature"},
+    {"kernel", "-", "area",
+     "weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the squared, the "
+     "simple length)"},
+    {"weights", "-", "calibrated",
+     "`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a lattice; "
+     "not for `area`"},
+    {"gb_factor", "-", "1",
+     "factor on the speed in a grain boundary; needs `grains`"},
+    {"repassivation", "mol/m3", "none forms",
+     "solution beside metal that has once been below it does not attack any more: a film has formed (with diffusion)"},
+    {"breaking", "-", "deterministic",
+     "`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds has "
+     "broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)"},
+    {"seed", "-", "1",
+     "`stochastic`: whole number, other bonds each"},
+    {"m", "-", "that of `[grid]`; 3",
+     "horizon of the bonds of metal over h, 1 to 6"}};
+
+static const pd_key pdi_keys_of_solid[] = {
+    {"E", "Pa", "required",
+     "Young's modulus"},
+    {"nu", "-", "required",
+     "Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3"},
+    {"material", "-", "correspondence",
+     "`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear peridynamic "
+     "solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); `springs`: bonds that pull "
+     "for themselves, displacements of any size, no stress (8.2)"},
+    {"plane", "-", "strain",
+     "2D: `strain` or `stress`"},
+    {"yield", "Pa", "0: it does not flow",
+     "stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and `hencky`"},
+    {"hardening", "Pa", "0",
+     "by how much `yield` grows with the plastic strain"},
+    {"toughness", "J/m2", "0: none breaks",
+     "energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 to 3), "
+     "and of `springs`"},
+    {"strength", "Pa", "0: none breaks",
+     "bonds break whose ends have a larger principal stress, in the mean; in balance"},
+    {"stretch", "-", "0: none breaks",
+     "bonds break that are stretched by more; in balance"},
+    {"motion", "-", "no",
+     "`yes`: the metal moves from rest at t = 0"},
+    {"density", "kg/m3", "required there",
+     "mass density of the metal that moves"},
+    {"force", "N/m3", "0",
+     "a force on all of the metal, an expression in x, y, z, t an axis"},
+    {"speed_factor", "-", "1",
+     "factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t"},
+    {"m", "-", "2; springs 3",
+     "horizon of the bonds over h"},
+    {"influence", "-", "constant",
+     "how bonds count by their length: `constant`, `inverse`, `linear`"},
+    {"rtol", "-", "1e-8",
+     "of the balance"}};
+
+static const pd_key pdi_keys_of_cut[] = {
+    {"points", "m", "required",
+     "corners one after another, all coordinates of each; up to 32"},
+    {"way", "-", "2D: that of the last piece; 3D: no table",
+     "direction in which the crack grows, plain numbers"},
+    {"contours", "m", "no J",
+     "2D: three radii about the tip, a horizon `m h` or more apart"}};
+
+static const pd_key pdi_keys_of_table[] = {
+    {"file", "-", "required",
+     "CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a point"},
+    {"x", "-", "required",
+     "column of the argument, `heading in unit`; without `in` plain numbers"},
+    {"y", "-", "required",
+     "column of the value, as for `x`"},
+    {"outside", "-", "hold",
+     "beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a message)"}};
+
+static const pd_key pdi_keys_of_run[] = {
+    {"until", "s", "-",
+     "end; required with `[transport]` and `[corrode]`"},
+    {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
+     "aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: error of a "
+     "step of the transport against the largest concentration; with `[corrode]` over `Csat`"},
+    {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
+     "largest share of its content that a node loses in a step, up to 1; overrides `rtol`"},
+    {"max_step", "s", "0",
+     "longest step; 0: none"}};
+
+static const pd_key pdi_keys_of_output[] = {
+    {"every", "s", "until/20",
+     "time between frames"},
+    {"fields", "-",
+     "C, v, p, kind, grain as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
+     "kind, grain, u, mises, sigma_h, eps_p, broken",
+     "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, or `none`"},
+    {"images", "-", "none",
+     "fields that are drawn, from the same list"},
+    {"deformed", "-", "0",
+     "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
+     "displacements times this factor; 0: where it was"},
+    {"slice", "m", "z, middle of the box",
+     "3D: the drawn plane, for example `z 0 um`"},
+    {"prefix", "-", "corr",
+     "start of the names of VTK files"},
+    {"folder", "-", "the name of the scene, below output/",
+     "folder of the output, when `--out` is not given; below the current one: neither absolute nor with `..`"}};
+
+static const pd_key pdi_keys_of_probe[] = {
+    {"at", "m", "required",
+     "place, a coordinate an axis"},
+    {"fields", "-", "C; without transport v",
+     "some of those of `[output]`"}};
+
+static const pd_key pdi_keys_of_line[] = {
+    {"from, to", "m", "required",
+     "ends, a coordinate an axis"},
+    {"points", "-", "`points` or `spacing` required",
+     "number of points, with the ends"},
+    {"spacing", "m", "-",
+     "largest distance between points"},
+    {"fields", "-", "C, v, p as far as they exist",
+     "some of those of `[output]`"},
+    {"images", "-", "all",
+     "those of the fields that are drawn, or `none`"}};
+
+static const pd_key pdi_keys_of_plane[] = {
+    {"at", "m", "required",
+     "axis and place, for example `x -250 um`; the nearest plane between cells is taken"}};
+
+static const pd_key pdi_keys_of_force[] = {
+    {"box", "m", "required without `shape`; with it the whole box",
+     "holds the body; a range an axis"},
+    {"shape", "-", "all surfaces in the box",
+     "name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or of the "
+     "sides"},
+    {"balance", "-", "yes; with `shape` no",
+     "`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of all that "
+     "the box holds"},
+    {"speed", "m/s", "no coefficients",
+     "reference value `U` of the coefficients `2 F/(rho U^2 A)`"},
+    {"length", "m", "required with `speed`",
+     "2D: reference value `A` of the coefficients"},
+    {"area", "m2", "required with `speed`",
+     "3D: reference value `A` of the coefficients"}};
+
+static const pd_key pdi_keys_of_transfer[] = {
+    {"box", "m", "everything",
+     "nodes that count; a range an axis"},
+    {"along", "-", "none",
+     "axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each layer of "
+     "cells"},
+    {"length", "m", "no Sherwood number",
+     "reference length `L` of Sherwood numbers"},
+    {"surface", "mol/m3", "required with `length`",
+     "concentration at the surface"},
+    {"fluid", "mol/m3", "required with `length`",
+     "concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a value"},
+    {"D", "m2/s", "that of `[transport]`",
+     "diffusivity of the Sherwood number"},
+    {"area", "m^(d-1)", "measured",
+     "area of the surface"}};
+
+static const pd_key pdi_keys_of_total[] = {
+    {"box", "m", "everything",
+     "nodes that count; a range an axis"}};
+
+static const pd_key pdi_keys_of_measured[] = {
+    {"file", "-", "required",
+     "CSV file, relative to the scene, as for a table (2.17)"},
+    {"time", "-", "the first",
+     "column of the times, `heading in unit`; they may not fall"},
+    {"value", "-", "the second",
+     "column of the values"},
+    {"spread", "-", "the one whose heading starts with `spread`, else none",
+     "column of their spread, for example a standard deviation"},
+    {"of", "-", "`volume_loss`",
+     "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
+     "`total.NAME.solid`, `probe.NAME.C`"},
+    {"start", "s", "0",
+     "time of the file at which the run begins"}};
+
+#define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
+static const pd_key_section pdi_keys_all[] = {
+    {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
+    {"grid", "", "spacing, horizon and extent of the lattice", PDI_KEYS_OF(pdi_keys_of_grid)},
+    {"shape", "NAME", "a body, a wall, or a part of one", PDI_KEYS_OF(pdi_keys_of_shape)},
+    {"side", "x-", "a side of the box: x-, x+, y-, y+, z-, z+", PDI_KEYS_OF(pdi_keys_of_side)},
+    {"flow", "", "flow of the liquid", PDI_KEYS_OF(pdi_keys_of_flow)},
+    {"gas", "", "an ideal gas, alone", PDI_KEYS_OF(pdi_keys_of_gas)},
+    {"transport", "", "what the liquid carries", PDI_KEYS_OF(pdi_keys_of_transport)},
+    {"dissolve", "", "metal that dissolves by a law at its surface; [dissolve METAL]: one of several",
+     PDI_KEYS_OF(pdi_keys_of_dissolve)},
+    {"corrode", "", "bond-based corrosion, in place of [dissolve]; [corrode METAL]: one of several",
+     PDI_KEYS_OF(pdi_keys_of_corrode)},
+    {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
+    {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
+    {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
+    {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
+    {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
+    {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},
+    {"line", "NAME", "values along a line", PDI_KEYS_OF(pdi_keys_of_line)},
+    {"plane", "NAME", "what passes a plane", PDI_KEYS_OF(pdi_keys_of_plane)},
+    {"force", "NAME", "the force of the flow on a body", PDI_KEYS_OF(pdi_keys_of_force)},
+    {"transfer", "NAME", "what the fluid in a box gets from solids", PDI_KEYS_OF(pdi_keys_of_transfer)},
+    {"total", "NAME", "what a box holds", PDI_KEYS_OF(pdi_keys_of_total)},
+    {"measured", "NAME", "points that the run is compared with", PDI_KEYS_OF(pdi_keys_of_measured)}};
+#undef PDI_KEYS_OF
+#define PDI_KEYS_SECTIONS ((int)(sizeof pdi_keys_all / sizeof pdi_keys_all[0]))
+
+const pd_key_section *pd_keys(int *count)
+{
+    *count = PDI_KEYS_SECTIONS;
+    return pdi_keys_all;
+}
+
+PDI_FN const pd_key_section *pdi_keys_section(const char *name)
+{
+    for (int k = 0; k < PDI_KEYS_SECTIONS; k++)
+        if (strcmp(pdi_keys_all[k].name, name) == 0) return &pdi_keys_all[k];
+    return NULL;
+}
+
+/* 1 when `word` stands in the comma-separated list. */
+static int pdi_keys_listed(const char *list, const char *word)
+{
+    for (size_t size; *list; list += size, list += strspn(list, ", ")) {
+        size = strcspn(list, ",");
+        if (strlen(word) == size && memcmp(list, word, size) == 0) return 1;
+    }
+    return 0;
+}
+
+PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key)
+{
+    for (int k = 0; k < section->count; k++)
+        if (pdi_keys_listed(section->key[k].keys, key) || strcmp(section->key[k].unit, "any") == 0)
+            return &section->key[k];
+    return NULL;
+}
+
+#ifdef PD_DEBUG
+/* 1 when `part` stands in the text, not within a word or a number. */
+static int pdi_keys_stands(const char *text, const char *part)
+{
+    size_t size = strlen(part);
+    for (const char *at = strstr(text, part); at; at = strstr(at + 1, part)) {
+        int begins = at == text || at[-1] == ' ' || at[-1] == '`';
+        if (begins && (at[size] == '\0' || strchr(" ,:;`", at[size]))) return 1;
+    }
+    return 0;
+}
+
+PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback)
+{
+    const pd_key_section *s = pdi_keys_section(section);
+    const pd_key *k = s ? pdi_keys_find(s, key) : NULL;
+    if (!k) return !section[0];
+    if (unit && unit[0] == '\0') unit = "-"; /* a plain number */
+    if (unit && strcmp(k->unit, unit) != 0 && strcmp(k->unit, "any") != 0 && strcmp(k->unit, "m^(d-1)") != 0) return 0;
+    if (!fallback || strncmp(k->fallback, "the ", 4) == 0 || strncmp(k->fallback, "that of ", 8) == 0) return 1;
+    return pdi_keys_stands(k->fallback, fallback);
+}
+#endif
+
+#undef PDI_KEYS_SECTIONS
+
+/* ======== >>scene/template.c ======== */
+/* template: see template.h. Written by tools/templates.sh from examples/scenes/templates/. */
+
+#if PD_DIM == 1
+static const char *const pdi_template_of_pit[] = {
+"# An artificial pit: a wire in a tube of resin dissolves from its end, under a salt layer. Every key: pd1d --keys.",
+"# A number has its unit: 5 um, 5 mol/L, 10 um/s. Each value can be replaced on the command line: \"until=2 min\".",
+"",
+"# x runs into the metal. The horizon of bonds is m spacings.",
+"[grid]        h = 1 um   m = 3   box = 0 .. 100 um",
+"",
+"# The metal begins at x = 20 um; before it stands the solution of the pit.",
+"[shape metal] box = 20 um .. 100 um   kind = solid   material = steel304",
+"",
+"# The mouth of the pit: the bulk of the solution is behind it. Nothing passes the other end.",
+"[side x-]     flow = open",
+"[side x+]     flow = mirror",
+"",
+"# The law: a current density, or rate = a speed, as an expression in C. Csat: the solution takes no more than that.",
+"[corrode]     current = 5 A/cm2   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   bulk = 0 mol/L",
+"",
+"[run]         until = 60 s",
+"[output]      every = 10 s   fields = C, kind, density   images = C",
+    NULL};
+static const char *const pdi_template_of_plate[] = {
+"# A bar under tension, at rest. Every key: pd1d --keys.",
+"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+"",
+"[grid]       h = 0.5 mm   box = 0 .. 80 mm",
+"[shape bar]  box = 0 .. 80 mm   kind = solid",
+"",
+"# One end stands still, the other is pulled. A load that grows: traction = 50 MPa * t/(1 s), with until in [run].",
+"[side x-]    ux = 0 mm",
+"[side x+]    traction = 50 MPa",
+"",
+"[solid]      E = 45 GPa",
+"[output]     fields = u, mises   images = u",
+"",
+"[probe end]  at = 79.75 mm   fields = u",
+    NULL};
+
+static const pd_template pdi_template_all[] = {
+    {"pit", pdi_template_of_pit},
+    {"plate", pdi_template_of_plate},
+    {NULL, NULL}};
+#elif PD_DIM == 2
+static const char *const pdi_template_of_channel[] = {
+"# A channel with a cylinder in it: flow, its force on the cylinder, and what the cylinder gives to the stream.",
+"# Every key: pd2d --keys. A number has its unit. Each value can be replaced on the command line: \"mean=0.1 m/s\".",
+"",
+"# h is the spacing: half of it costs 4 to 8 times as much.",
+"[grid]        h = 25 um   box = 0 .. 6 mm, 0 .. 2 mm",
+"",
+"# Any shape may stand in the way. C: the concentration that its surface holds.",
+"[shape bar]   ball = 1.5 mm, 1 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+"",
+"# The stream enters at the left and leaves at the right; y- and y+ are walls.",
+"[side x-]     flow = inlet   profile = parabola   mean = 1 mm/s   C = 0",
+"[side x+]     flow = outlet   p = 0",
+"",
+"# Water. The flow is steady; time = implicit follows it in time.",
+"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]   D = 1e-8 m2/s   time = steady",
+"[output]      fields = C, v, p, kind   images = C, v, p",
+"",
+"# The force on the cylinder with its coefficients, and what leaves it.",
+"[force bar]     shape = bar   speed = 1 mm/s   length = 0.6 mm",
+"[transfer bar]  length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+"[line wake]     from = 1.85 mm, 1 mm   to = 5.9 mm, 1 mm   points = 50   fields = C, v",
+    NULL};
+static const char *const pdi_template_of_couple[] = {
+"# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
+"# No current flows between them. Every key: pd2d --keys. Values can be replaced: \"dissolve.steel304.rate=1 um/h\".",
+"",
+"# h is the spacing: half of it costs 4 to 8 times as much.",
+"[grid]        h = 20 um   box = 0 .. 2 mm, 0 .. 1 mm",
+"",
+"# Where shapes of different metals overlap, the one that is named later counts.",
+"[shape plate] box = 0 .. 2 mm, 0 .. 0.5 mm   kind = solid   material = mg4ag",
+"[shape screw] box = 0.8 mm .. 1.2 mm, 0 .. 0.6 mm   kind = solid   material = steel304",
+"",
+"# Above is the bulk of the solution, whose concentration the side holds. Nothing passes the others.",
+"[side x-]     flow = mirror",
+"[side x+]     flow = mirror",
+"[side y+]     C = 0",
+"",
+"[transport]   D = 1e-9 m2/s",
+"",
+"# [dissolve] holds what all metals share, [dissolve METAL] what one of them has for itself.",
+"[dissolve]          rate = 4 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+"[dissolve steel304] rate = 0.2 um/h",
+"",
+"[run]         until = 24 h",
+"[output]      every = 6 h   fields = C, kind, density   images = C, density",
+    NULL};
+static const char *const pdi_template_of_crevice[] = {
+"# A crevice: a gap between metal and an inert washer, open at its mouth. Change what you know of yours; every key:",
+"# pd2d --keys. A number has its unit: 5 um, 5 mol/L, 5 A/m2. Each value can be replaced: \"until=2 h\".",
+"",
+"# x runs into the crevice, y across it. Cells may be longer than wide.",
+"[grid]         h = 20 um, 2 um   m = 3   box = 0 .. 2 mm, 0 .. 60 um",
+"",
+"# The metal lies below y = 40 um; the gap above it is 20 um wide, the washer is the side y+.",
+"[shape metal]  box = 0 .. 2 mm, 0 .. 40 um   kind = solid   material = alloy625",
+"",
+"# The mouth: the bulk of the solution is behind it. Nothing passes the other sides.",
+"[side x-]      flow = open",
+"[side x+]      flow = mirror",
+"[side y-]      flow = mirror",
+"[side y+]      flow = mirror",
+"",
+"# The law: metal is passive where the solution is thin. A measured law can stand in a [table NAME].",
+"[constants]    passive = 0.3 mol/L   active = 20 A/m2",
+"[corrode]      current = active * (1 + tanh((C - passive)/(0.1 mol/L)))/2   Csat = 5.6 mol/L   D = 720 um2/s",
+"               initial = 1 mol/L * x/(2 mm)",
+"",
+"[run]          until = 10 h",
+"[output]       every = 2 h   fields = C, kind, density   images = C, density",
+"",
+"# The concentration along the gap, at the output times.",
+"[line gap]     from = 10 um, 51 um   to = 1.99 mm, 51 um   spacing = 20 um   fields = C",
+    NULL};
+static const char *const pdi_template_of_pit[] = {
+"# A pit in steel under a small opening of its passive film. Change what you know of yours; every key: pd2d --keys.",
+"# A number has its unit: 5 um, 5 mol/L, 5 A/cm2. Each value can be replaced on the command line: \"until=1 min\".",
+"",
+"# h is the spacing: half of it costs 8 times as much. The horizon of bonds is m spacings.",
+"[grid]        h = 1 um   m = 3   box = -40 um .. 40 um, -30 um .. 20 um",
+"",
+"# The metal, with a half disc taken out as the pit at the start.",
+"[shape block] box = -40 um .. 40 um, -30 um .. 0 um",
+"[shape pit]   ball = 0 um, 0 um   radius = 5 um",
+"[shape metal] difference = block, pit   kind = solid   material = steel304",
+"",
+"# The film: a wall thicker than the horizon, with a hole above the pit.",
+"[shape sheet] box = -40 um .. 40 um, 0 um .. 4 um",
+"[shape hole]  box = -4 um .. 4 um, 0 um .. 4 um",
+"[shape film]  difference = sheet, hole   kind = wall",
+"",
+"# Above the film the bulk of the solution begins. Nothing passes the other sides.",
+"[side x-]     flow = mirror",
+"[side x+]     flow = mirror",
+"[side y-]     flow = mirror",
+"[side y+]     flow = open",
+"",
+"# The law: a current density as an expression in C. Below 60 % of saturation the metal passivates.",
+"[corrode]     current = if(C > 0.6*Csat, 5 A/cm2, 0 A/cm2)   Csat = 5.1 mol/L   D = 8.5e-10 m2/s",
+"              initial = if(y < 0 um, 0.95*Csat, 0 mol/L)",
+"",
+"[run]         until = 20 s",
+"[output]      every = 5 s   fields = C, kind, density   images = C, density",
+"",
+"# What is in the pit, in total_pit.csv.",
+"[total pit]   box = -40 um .. 40 um, -30 um .. 0 um",
+    NULL};
+static const char *const pdi_template_of_plate[] = {
+"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd2d --keys.",
+"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+"",
+"# h is the spacing: half of it costs 4 times as much.",
+"[grid]        h = 1 mm   box = 0 .. 80 mm, 0 .. 40 mm",
+"",
+"[shape sheet] box = 0 .. 80 mm, 0 .. 40 mm",
+"[shape hole]  ball = 40 mm, 20 mm   radius = 5 mm",
+"[shape plate] difference = sheet, hole   kind = solid",
+"",
+"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+"[side x-]     ux = 0 mm",
+"[side x+]     traction = 50 MPa, 0 MPa",
+"",
+"# A place that may not slide along the end that stands still.",
+"[shape foot]  ball = 0 mm, 20 mm   radius = 1 mm   kind = grip   uy = 0 mm",
+"",
+"# For metal that flows add yield = 100 MPa with plane = strain, for metal that breaks toughness = 5 kJ/m2.",
+"[solid]       E = 45 GPa   nu = 0.3   plane = stress",
+"[output]      fields = u, mises, sigma_h   images = mises, u   deformed = 60",
+"",
+"# The stress beside the hole.",
+"[probe side]  at = 40 mm, 25.5 mm   fields = mises",
+    NULL};
+static const char *const pdi_template_of_wire[] = {
+"# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd2d --keys.",
+"# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 h\".",
+"",
+"# x runs along the axis of the wire, y is the distance from it. h is the spacing: half of it takes 4 to 8 times",
+"# as long.",
+"[grid]       geometry = axisymmetric   h = 10 um   box = -100 um .. 300 um, 0 .. 200 um",
+"",
+"# The wire: radius 40 um, length 200 um, between inert ends that are as thick.",
+"[shape wire] box = 0 .. 200 um, -40 um .. 40 um   kind = solid   material = mg4ag",
+"[shape head] box = -30 um .. 0, -40 um .. 40 um   kind = part",
+"[shape tail] box = 200 um .. 230 um, -40 um .. 40 um   kind = part",
+"[shape ends] union = head, tail   kind = wall",
+"",
+"# The stream enters at the left, without any metal in it, and leaves at the right. y+ is the wall of the tube.",
+"[side x-]    flow = inlet   profile = parabola   flow_rate = 0.1 mL/min   C = 0",
+"[side x+]    flow = outlet   p = 0",
+"[side y+]    flow = noslip",
+"",
+"[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]  D = 1e-9 m2/s",
+"",
+"# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
+"[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+"",
+"[run]        until = 8 h",
+"[output]     every = 2 h   fields = C, v, p, kind   images = C, v",
+"",
+"# What the wire gives to the stream, in transfer_wire.csv.",
+"[transfer wire] length = 80 um   surface = Csat   fluid = inlet",
+    NULL};
+
+static const pd_template pdi_template_all[] = {
+    {"channel", pdi_template_of_channel},
+    {"couple", pdi_template_of_couple},
+    {"crevice", pdi_template_of_crevice},
+    {"pit", pdi_template_of_pit},
+    {"plate", pdi_template_of_plate},
+    {"wire", pdi_template_of_wire},
+    {NULL, NULL}};
+#elif PD_DIM == 3
+static const char *const pdi_template_of_channel[] = {
+"# A channel with a ball in it: flow, its force on the ball, and what the ball gives to the stream.",
+"# Every key: pd3d --keys. A number has its unit. Each value can be replaced on the command line: \"mu=2e-3 Pa s\".",
+"",
+"# h is the spacing: half of it costs 8 to 16 times as much.",
+"[grid]        h = 0.1 mm   box = 0 .. 3 mm, 0 .. 1.6 mm, 0 .. 1.6 mm",
+"",
+"# Any shape may stand in the way. C: the concentration that its surface holds.",
+"[shape bead]  ball = 1 mm, 0.8 mm, 0.8 mm   radius = 0.3 mm   kind = wall   C = 10 mol/m3",
+"",
+"# The stream enters at the left and leaves at the right; the other sides are walls.",
+"[side x-]     flow = inlet   C = 0   profile = expression",
+"              vx = 9/4 * 0.3 mm/s * (1 - (y/(0.8 mm) - 1)^2) * (1 - (z/(0.8 mm) - 1)^2)",
+"[side x+]     flow = outlet   p = 0",
+"",
+"# Water. The flow is steady; time = implicit follows it in time.",
+"[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]   D = 8e-8 m2/s   time = steady",
+"[output]      fields = C, v, p, kind   images = C, v   slice = z 0.8 mm",
+"",
+"# The force on the ball with its coefficients, and what leaves it.",
+"[force bead]     shape = bead   speed = 0.3 mm/s   area = pi * (0.3 mm)^2",
+"[transfer bead]  length = 0.6 mm   surface = 10 mol/m3   fluid = inlet",
+    NULL};
+static const char *const pdi_template_of_couple[] = {
+"# A couple: a plate of one metal with a screw of another in one solution. Each dissolves by its own law.",
+"# No current flows between them. Every key: pd3d --keys. Values can be replaced: \"dissolve.steel304.rate=1 um/h\".",
+"",
+"# h is the spacing: half of it costs 8 to 16 times as much.",
+"[grid]        h = 50 um   box = 0 .. 1 mm, 0 .. 1 mm, 0 .. 0.8 mm",
+"",
+"# Where shapes of different metals overlap, the one that is named later counts.",
+"[shape plate] box = 0 .. 1 mm, 0 .. 1 mm, 0 .. 0.4 mm   kind = solid   material = mg4ag",
+"[shape rod]   cylinder = z   centre = 0.5 mm, 0.5 mm, 0 mm   radius = 0.2 mm",
+"[shape cut]   box = 0 .. 1 mm, 0 .. 1 mm, 0 .. 0.5 mm",
+"[shape screw] intersect = rod, cut   kind = solid   material = steel304",
+"",
+"# Above is the bulk of the solution, whose concentration the side holds. Nothing passes the others.",
+"[side x-]     flow = mirror",
+"[side x+]     flow = mirror",
+"[side y-]     flow = mirror",
+"[side y+]     flow = mirror",
+"[side z+]     C = 0",
+"",
+"[transport]   D = 1e-9 m2/s",
+"",
+"# [dissolve] holds what all metals share, [dissolve METAL] what one of them has for itself.",
+"[dissolve]          rate = 4 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+"[dissolve steel304] rate = 0.2 um/h",
+"",
+"[run]         until = 12 h",
+"[output]      every = 6 h   fields = C, kind, density   images = density   slice = z 0.38 mm",
+    NULL};
+static const char *const pdi_template_of_crevice[] = {
+"# A crevice: a gap between metal and an inert washer, open at its mouth. Change what you know of yours; every key:",
+"# pd3d --keys. A number has its unit: 5 um, 5 mol/L, 5 A/m2. Each value can be replaced: \"until=2 h\".",
+"",
+"# x runs into the crevice, y along its mouth, z across it. Cells may be longer than wide.",
+"[grid]         h = 50 um, 50 um, 4 um   m = 2   box = 0 .. 1 mm, 0 .. 500 um, 0 .. 48 um",
+"",
+"# The metal lies below z = 28 um; the gap above it is 20 um wide, the washer is the side z+.",
+"[shape metal]  box = 0 .. 1 mm, 0 .. 500 um, 0 .. 28 um   kind = solid   material = alloy625",
+"",
+"# The mouth: the bulk of the solution is behind it. Nothing passes the other sides.",
+"[side x-]      flow = open",
+"[side x+]      flow = mirror",
+"[side y-]      flow = mirror",
+"[side y+]      flow = mirror",
+"[side z-]      flow = mirror",
+"[side z+]      flow = mirror",
+"",
+"# The law: metal is passive where the solution is thin. A measured law can stand in a [table NAME].",
+"[constants]    passive = 0.3 mol/L   active = 20 A/m2",
+"[corrode]      current = active * (1 + tanh((C - passive)/(0.1 mol/L)))/2   Csat = 5.6 mol/L   D = 720 um2/s",
+"               initial = 1 mol/L * x/(1 mm)",
+"",
+"[run]          until = 5 h",
+"[output]       every = 1 h   fields = C, kind, density   images = C   slice = z 38 um",
+    NULL};
+static const char *const pdi_template_of_pit[] = {
+"# A pit in steel under an opening of its passive film. Change what you know of yours; every key: pd3d --keys.",
+"# A number has its unit: 5 um, 5 mol/L, 5 A/cm2. Each value can be replaced on the command line: \"until=10 s\".",
+"",
+"# h is the spacing: half of it costs 16 times as much. The horizon of bonds is m spacings.",
+"[grid]        h = 2 um   m = 2   box = -16 um .. 16 um, -16 um .. 16 um, -16 um .. 8 um",
+"",
+"# The metal, with a half ball taken out as the pit at the start.",
+"[shape block] half_space = yes   point = 0, 0, 0   normal = 0, 0, 1",
+"[shape pit]   ball = 0 um, 0 um, 0 um   radius = 6 um",
+"[shape metal] difference = block, pit   kind = solid   material = steel304",
+"",
+"# The film: fluid above the metal does not attack it, but in the pit it does.",
+"[shape film]  half_space = yes   point = 0, 0, 0   normal = 0, 0, -1   kind = passive",
+"",
+"# The bulk of the solution is behind z+. Nothing passes the other sides.",
+"[side x-]     flow = mirror",
+"[side x+]     flow = mirror",
+"[side y-]     flow = mirror",
+"[side y+]     flow = mirror",
+"[side z-]     flow = mirror",
+"[side z+]     flow = open",
+"",
+"# The law: a current density, or rate = a speed, as an expression in C.",
+"[corrode]     current = 5 A/cm2   Csat = 5.1 mol/L   D = 8.5e-10 m2/s",
+"",
+"[run]         until = 4 s",
+"[output]      every = 1 s   fields = C, kind, density   images = C   slice = y 0 um",
+    NULL};
+static const char *const pdi_template_of_plate[] = {
+"# A plate with a hole under tension, at rest. Change what you know of yours; every key: pd3d --keys.",
+"# A number has its unit: 5 mm, 45 GPa. Each value can be replaced on the command line: \"E=200 GPa\".",
+"",
+"# h is the spacing: half of it costs 8 times as much.",
+"[grid]        h = 2 mm   box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 8 mm",
+"",
+"[shape sheet] box = 0 .. 60 mm, 0 .. 32 mm, 0 .. 8 mm",
+"[shape hole]  cylinder = z   centre = 30 mm, 16 mm, 0 mm   radius = 5 mm",
+"[shape plate] difference = sheet, hole   kind = solid",
+"",
+"# One end stands still, the other is pulled. A load that grows is an expression of t, with until in [run].",
+"[side x-]     ux = 0 mm",
+"[side x+]     traction = 50 MPa, 0 MPa, 0 MPa",
+"",
+"# Places that may not slide along the end that stands still.",
+"[shape foot]  ball = 0 mm, 16 mm, 4 mm   radius = 2 mm   kind = grip   uy = 0 mm   uz = 0 mm",
+"[shape toe]   ball = 0 mm, 30 mm, 4 mm   radius = 2 mm   kind = grip   uz = 0 mm",
+"",
+"# For metal that flows add yield = 100 MPa, for metal that breaks toughness = 5 kJ/m2.",
+"[solid]       E = 45 GPa   nu = 0.3",
+"[output]      fields = u, mises, sigma_h   images = mises   deformed = 60   slice = z 4 mm",
+"",
+"# The stress beside the hole.",
+"[probe side]  at = 30 mm, 23 mm, 4 mm   fields = mises",
+    NULL};
+static const char *const pdi_template_of_wire[] = {
+"# A wire that dissolves in the stream of a tube. Change what you know of yours; every key: pd3d --keys.",
+"# A number has its unit: 5 um, 1 mL/min, 10 mm/year. Each value can be replaced on the command line: \"until=2 h\".",
+"",
+"# x runs along the axis of the wire. h is the spacing: half of it costs 8 to 16 times as much.",
+"[grid]       h = 20 um   box = -80 um .. 280 um, -120 um .. 120 um, -120 um .. 120 um",
+"[shape tube] cylinder = x   radius = 120 um   outside = yes   kind = wall",
+"",
+"# The wire: radius 40 um, length 200 um.",
+"[shape rod]  cylinder = x   radius = 40 um",
+"[shape cut]  box = 0 .. 200 um, -50 um .. 50 um, -50 um .. 50 um",
+"[shape wire] intersect = rod, cut   kind = solid   material = mg4ag",
+"",
+"# The stream enters at the left, without any metal in it, and leaves at the right.",
+"[side x-]    flow = inlet   profile = parabola   flow_rate = 0.05 mL/min   C = 0",
+"[side x+]    flow = outlet   p = 0",
+"",
+"[flow]       rho = 1000 kg/m3   mu = 1e-3 Pa s",
+"[transport]  D = 1e-9 m2/s",
+"",
+"# How fast the surface recedes. C: the concentration of the fluid beside it; at Csat nothing dissolves.",
+"[dissolve]   rate = 1.2 um/h * (1 - C/Csat)   Csat = 56 mol/m3",
+"",
+"[run]        until = 4 h",
+"[output]     every = 1 h   fields = C, v, p, kind   images = C, v   slice = z 0 um",
+    NULL};
+
+static const pd_template pdi_template_all[] = {
+    {"channel", pdi_template_of_channel},
+    {"couple", pdi_template_of_couple},
+    {"crevice", pdi_template_of_crevice},
+    {"pit", pdi_template_of_pit},
+    {"plate", pdi_template_of_plate},
+    {"wire", pdi_template_of_wire},
+    {NULL, NULL}};
+#endif
+
+const pd_template *pd_templates(int *count)
+{
+    *count = (int)(sizeof pdi_template_all / sizeof pdi_template_all[0]) - 1;
+    return pdi_template_all;
+}
+
 /* ======== >>scene/text.c ======== */
 /* text: see text.h. A copy of the file is cut into strings: ends go over what separates them. */
 #include <math.h>
@@ -46409,8 +47366,7 @@ PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argum
     for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
-    if (end == value)
-        return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
+    if (end == value) return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
     if (pdi_text_name(key, 0) != strlen(key))
         return pdi_text_error(ctx, text, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PDI_TRY(pdi_text_bare_key(ctx, text, key, &section));
@@ -46464,8 +47420,7 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     PDI_TEXT_ROOM(ctx, text->asked, text->asked_count, text->asked_room);
     PDI_TRY(pdi_text_keep(ctx, text, key, strlen(key), &copy));
     text->asked[text->asked_count].key = copy;
-    text->asked[text->asked_count].group = group;
-    text->asked_count++;
+    text->asked[text->asked_count++].group = group;
     return PD_OK;
 }
 
@@ -46473,6 +47428,7 @@ PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
+    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, NULL, NULL));
     pd_status status = pdi_text_ask(ctx, text, section, key);
     if (status < 0) text->failed = status;
     return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
@@ -46485,11 +47441,13 @@ typedef struct pdi_text_value {
     char where[PDI_TEXT_WHERE];
 } pdi_text_value;
 
-static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               const char *what, pdi_text_value *v)
+static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const char *fallback, const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_ask(ctx, text, section, key));
+    (void)unit; /* where there are no assertions */
+    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, unit, fallback));
     pd_text_entry *e = pdi_text_entry_at(text, section, key);
     pdi_text_title(text, section, title);
     if (e) {
@@ -46500,8 +47458,7 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
         pdi_text_where(text, e->line, v->where);
     } else if (fallback) {
         v->value = fallback;
-        v->line = 1;
-        v->column = 1;
+        v->line = v->column = 1;
         snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
     } else {
         int line = text->section[section].line > 0 ? text->section[section].line : 1;
@@ -46578,7 +47535,7 @@ PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const 
                                  const char **value)
 {
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a text", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, NULL, fallback, "a text", &v));
     *value = v.value;
     return PD_OK;
 }
@@ -46589,7 +47546,7 @@ PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
@@ -46608,7 +47565,7 @@ PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const
     size_t at = 0, end;
     *count = 0;
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
@@ -46623,7 +47580,7 @@ PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const
 {
     pdi_text_value v;
     double number;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a whole number", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "a whole number", &v));
     PDI_TRY(pdi_text_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
     if (!(number >= low && number <= high) || number != floor(number))
         return pdi_fail(ctx, PD_ERR_PARSE, v.where, "column %d: found %.6g, expected a whole number from %d to %d",
@@ -46657,7 +47614,7 @@ PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const ch
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "yes or no", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "yes or no", &v));
     PDI_TRY(pdi_text_pick(ctx, &v, names, value));
     *value %= 2;
     return PD_OK;
@@ -46669,7 +47626,7 @@ PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     char list[PDI_TEXT_LIST] = "";
     for (int k = 0; names[k]; k++) pdi_text_list_add(list, " | ", names[k]);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, list, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, list, &v));
     return pdi_text_pick(ctx, &v, names, index);
 }
 
@@ -46678,7 +47635,7 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
 {
     pdi_text_value v;
     list->count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "words separated by commas", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "words separated by commas", &v));
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
@@ -46715,7 +47672,7 @@ PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     size_t at = 0, end;
     *count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a .. b, one range for each axis", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
@@ -46743,7 +47700,7 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
     *count = 0;
     memset(exprs, 0, (size_t)max * sizeof *exprs);
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         status = *count < max ? pdi_text_compile(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
@@ -47224,101 +48181,59 @@ PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)
 #include <stdio.h>
 #include <string.h>
 
-typedef struct pdi_syntax_section {
-    const char *name, *keys; /* keys in the order of the guide; NULL: any */
-} pdi_syntax_section;
-
-static const pdi_syntax_section pdi_syntax_table[] = {
-    {"constants", NULL}, /* any name */
-    {"grid", "h, m, box, geometry, threads"},
-    {"shape", "box, ball, cylinder, half_space, mask, raw, stl, union, intersect, difference, radius, centre, "
-              "point, normal, corner, cell, size, scale, shift, outside, "
-              "kind, C, material, D, grains, grain_spread, grain_seed, "
-              "boundary_width, ux, uy, uz"},
-    {"side", "flow, profile, mean, flow_rate, vx, vy, vz, p, velocity, C, ux, uy, uz, traction, pressure"},
-    {"flow", "rho, mu, steady, force, speed, length, time, order, vx, vy, vz, rtol, eos, c0"},
-    {"gas", "gamma, rho, p, vx, vy, vz, order, cfl"},
-    {"transport", "D, initial, advection, time"},
-    {"dissolve", "rate, law, rate_scale, Csat, Cs, charge, gb_factor, threshold, m"},
-    {"corrode", "rate, current, rate_scale, Cs, Csat, charge, D, initial, bulk, control, drive, kernel, weights, "
-                "gb_factor, repassivation, breaking, seed, m"},
-    {"solid", "E, nu, plane, m, influence, material, yield, hardening, stretch, strength, toughness, force, "
-              "speed_factor, motion, density, rtol"},
-    {"cut", "points, way, contours"},
-    {"table", "file, x, y, outside"},
-    {"run", "until, rtol, fraction, max_step"},
-    {"output", "every, fields, images, deformed, slice, prefix, folder"},
-    {"probe", "at, fields"},
-    {"line", "from, to, points, spacing, fields, images"},
-    {"plane", "at"},
-    {"force", "box, shape, balance, speed, length, area"},
-    {"transfer", "box, along, length, surface, fluid, D, area"},
-    {"total", "box"},
-    {"measured", "file, time, value, spread, of, start"}};
-#define PDI_SYNTAX_SECTIONS ((int)(sizeof pdi_syntax_table / sizeof pdi_syntax_table[0]))
-
-/* 1 when the comma-separated list holds the word; offers all its words to near_word. */
-static int pdi_syntax_listed(const char *list, const char *word, pdi_units_near *near_word)
+/* The words of the list, offered to near_word and added to all[size]. */
+static void pdi_syntax_add(const char *list, pdi_units_near *near_word, char *all, size_t size)
 {
     while (*list) {
         char item[PD_TEXT_WORD];
-        size_t size = strcspn(list, ",");
-        PD_ASSERT(size < sizeof item);
-        memcpy(item, list, size);
-        item[size] = '\0';
-        if (strcmp(item, word) == 0) return 1;
+        size_t length = strcspn(list, ","), used = strlen(all);
+        PD_ASSERT(length < sizeof item);
+        memcpy(item, list, length);
+        item[length] = '\0';
         pdi_units_offer(near_word, item);
-        list += size;
+        snprintf(all + used, size - used, "%s%s", used ? ", " : "", item);
+        list += length;
         list += strspn(list, ", ");
     }
-    return 0;
 }
 
-static pd_status pdi_syntax_section_of(pd_ctx *ctx, const pd_text *text, int section, int *found)
+static pd_status pdi_syntax_section(pd_ctx *ctx, const pd_text *text, int section)
 {
     const char *name = text->section[section].name;
     char hint[PD_UNITS_TEXT], list[256] = "";
+    int count;
+    const pd_key_section *table = pd_keys(&count);
     pdi_units_near near_word;
+    if (pdi_keys_section(name)) return PD_OK;
     pdi_units_near_init(&near_word, name, strlen(name));
-    for (int k = 0; k < PDI_SYNTAX_SECTIONS; k++) {
-        *found = k;
-        if (strcmp(pdi_syntax_table[k].name, name) == 0) return PD_OK;
-        pdi_units_offer(&near_word, pdi_syntax_table[k].name);
-        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", pdi_syntax_table[k].name);
-    }
+    for (int k = 0; k < count; k++) pdi_syntax_add(table[k].name, &near_word, list, sizeof list);
     pdi_units_hint(&near_word, hint);
     return pdi_text_refuse(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
                            hint);
 }
 
-static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e, const char *keys)
+static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     const pd_section *s = &text->section[e->section];
-    char hint[PD_UNITS_TEXT], where[320] = "command line";
+    const pd_key_section *table = pdi_keys_section(s->name);
+    char hint[PD_UNITS_TEXT], list[512] = "", where[320] = "command line";
     pdi_units_near near_word;
-    if (!keys) return PD_OK;
+    if (pdi_keys_find(table, e->key)) return PD_OK;
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
-    if (pdi_syntax_listed(keys, e->key, &near_word)) return PD_OK;
+    for (int k = 0; k < table->count; k++) pdi_syntax_add(table->key[k].keys, &near_word, list, sizeof list);
     pdi_units_hint(&near_word, hint);
     if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
-                    e->key, s->name, s->label[0] ? " " : "", s->label, keys, hint);
+                    e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
 }
 
 PDI_FN pd_status pdi_syntax_check(pd_ctx *ctx, const pd_text *text)
 {
-    int found;
-    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section_of(ctx, text, k, &found));
-    for (int k = 0; k < text->entry_count; k++) {
-        const pd_text_entry *e = &text->entry[k];
-        if (e->section == 0) continue; /* a pair before the first section: pdi_text_unused */
-        PDI_TRY(pdi_syntax_section_of(ctx, text, e->section, &found));
-        PDI_TRY(pdi_syntax_key(ctx, text, e, pdi_syntax_table[found].keys));
-    }
+    for (int k = 1; k < text->section_count; k++) PDI_TRY(pdi_syntax_section(ctx, text, k));
+    for (int k = 0; k < text->entry_count; k++) /* a pair before the first section: pdi_text_unused */
+        if (text->entry[k].section) PDI_TRY(pdi_syntax_key(ctx, text, &text->entry[k]));
     return PD_OK;
 }
-
-#undef PDI_SYNTAX_SECTIONS
 
 /* ======== >>scene/read_constants.c ======== */
 /* read_constants: see read_constants.h */
@@ -50063,11 +50978,11 @@ static pd_status pdi_scene_compressible(pdi_reader *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
-    int state;
+    int state, given = pdi_text_has(s->ctx, s->text, section, "c0");
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
-    if (!pdi_text_has(s->ctx, s->text, section, "eos") && !pdi_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    if (!given && !pdi_text_has(s->ctx, s->text, section, "eos")) return PD_OK;
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+    if (given) PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", NULL, &sound));
     pdi_setup_note(s->setup,
                    "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
@@ -50309,6 +51224,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.ctx = ctx;
     s.text = text;
     s.setup = setup;
+    text->scene = 1;
     pdi_setup_split_path(path, name, folder);
     PDI_TRY(pdi_syntax_check(ctx, text));
     pdi_scene_lines(&s);

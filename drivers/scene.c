@@ -2,7 +2,7 @@
  *
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
  *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--quiet]
- *        [--check] [--help]
+ *        [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -14,14 +14,23 @@
 
 #include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+#if defined(_WIN32)
+#include <windows.h>
+#include <psapi.h>
+#include <io.h>
+#include <signal.h>
+#elif defined(__wasi__)
+#include <unistd.h>
+#else
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
+#endif
 
 #define CHECKPOINT_EVERY 600.0 /* [s] unless --checkpoint says otherwise */
 
@@ -39,6 +48,9 @@ typedef struct options {
     double memory;   /* [byte] limit; 0: none */
     const char *ranges[PD_LEAST_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
     int range_count;
+    int begins, asks;          /* --new, --keys */
+    const char *begin, *ask;   /* what stands behind them, NULL: nothing */
+    int version;
 } options;
 
 typedef struct screen {
@@ -48,12 +60,62 @@ typedef struct screen {
 
 /* ---- clocks, memory, numbers ---- */
 
-/* [s] */
+#if defined(_WIN32)
+/* [s] on the wall */
+static double wall_seconds(void)
+{
+    LARGE_INTEGER now, rate;
+    return QueryPerformanceCounter(&now) && QueryPerformanceFrequency(&rate)
+               ? (double)now.QuadPart / (double)rate.QuadPart : 0.0;
+}
+
+/* [s] of the processor */
+static double cpu_seconds(void)
+{
+    const double high = 4294967296.0, tick = 1e-7;
+    FILETIME begin, end, kernel, user;
+    if (!GetProcessTimes(GetCurrentProcess(), &begin, &end, &kernel, &user)) return 0.0;
+    return tick * (high * ((double)kernel.dwHighDateTime + (double)user.dwHighDateTime) +
+                   (double)kernel.dwLowDateTime + (double)user.dwLowDateTime);
+}
+
+/* [MB] at most, since the program started. */
+static double peak_memory(void)
+{
+    PROCESS_MEMORY_COUNTERS use;
+    return GetProcessMemoryInfo(GetCurrentProcess(), &use, sizeof use) ? (double)use.PeakWorkingSetSize / 1048576.0
+                                                                       : 0.0;
+}
+
+static long processors(void)
+{
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    return (long)info.dwNumberOfProcessors;
+}
+
+static int is_terminal(void) { return _isatty(2); }
+#else
 static double seconds(clockid_t clock)
 {
     struct timespec t;
     return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
 }
+
+static double wall_seconds(void) { return seconds(CLOCK_MONOTONIC); }
+
+static int is_terminal(void) { return isatty(2); }
+
+#if defined(__wasi__) /* one thread, and memory that never shrinks */
+static double cpu_seconds(void) { return NAN; }
+
+static double peak_memory(void) { return (double)__builtin_wasm_memory_size(0) / 16.0; }
+
+static long processors(void) { return 1; }
+#else
+static double cpu_seconds(void) { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
+
+static long processors(void) { return sysconf(_SC_NPROCESSORS_ONLN); }
 
 /* [MB] at most, since the program started. */
 static double peak_memory(void)
@@ -66,6 +128,8 @@ static double peak_memory(void)
 #endif
     return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_maxrss / unit : 0.0;
 }
+#endif
+#endif
 
 /* A number within [lo, hi] and nothing behind it. */
 static int parse_number(const char *text, double lo, double hi, double *value)
@@ -81,18 +145,42 @@ static int parse_number(const char *text, double lo, double hi, double *value)
 /* A signal this soon after the first is the same one, sent twice: to the program and its group, as timeout(1) does. */
 #define ECHO 1.0 /* [s] */
 
+#if defined(__wasi__)
+static volatile int interrupted; /* by no one */
+#else
 static volatile sig_atomic_t interrupted;
 
 /* A second signal, this one or the other, ends the program at once. */
 static void on_interrupt(int number)
 {
     static double first;
-    if (!interrupted) first = seconds(CLOCK_MONOTONIC);
-    else if (seconds(CLOCK_MONOTONIC) - first > ECHO) {
+    if (!interrupted) first = wall_seconds();
+    else if (wall_seconds() - first > ECHO) {
         signal(number, SIG_DFL);
         raise(number);
     }
+#if defined(_WIN32)
+    signal(number, on_interrupt); /* it goes with each signal there */
+#endif
     interrupted = 1;
+}
+#endif
+
+static void catch_signals(void)
+{
+#if defined(_WIN32)
+    signal(SIGINT, on_interrupt);
+    signal(SIGTERM, on_interrupt);
+#elif !defined(__wasi__)
+    struct sigaction action;
+    memset(&action, 0, sizeof action);
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+#endif
 }
 
 static int is_interrupted(void *user)
@@ -128,6 +216,7 @@ static void sweep_tell(const pd_sweep *sweep, int index, int status)
     fflush(stdout);
 }
 
+#if !defined(_WIN32) && !defined(__wasi__)
 /* Wait for one process; its place is free again. 0: there was none. */
 static int sweep_reap(const pd_sweep *sweep, pid_t *child, int *index, int jobs)
 {
@@ -172,16 +261,23 @@ static void sweep_side_by_side(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_
     }
 }
 
+#endif
+
 /* 0: all runs are done, 1: one failed, 3: stopped. */
 static int sweep_runs(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *desc, int threads)
 {
-    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    long cores = processors();
     int all = threads > 0 ? threads : cores > 0 && cores < MAX_JOBS ? (int)cores : 1;
     int jobs = sweep->runs < all ? sweep->runs : all;
     pd_sweep_count count;
     if (jobs > MAX_JOBS) jobs = MAX_JOBS;
+#if defined(_WIN32) || defined(__wasi__)
+    jobs = 1; /* processes cannot be split */
+#endif
     ctx->threads = all / jobs;
+#if !defined(_WIN32) && !defined(__wasi__)
     if (jobs > 1) sweep_side_by_side(ctx, sweep, desc, jobs);
+#endif
     for (int k = 0; k < sweep->runs && jobs == 1 && !interrupted; k++)
         sweep_tell(sweep, k, sweep_one(ctx, sweep, k, desc));
     if (pd_sweep_write(ctx, sweep, &count) < 0) {
@@ -222,7 +318,7 @@ static void help(const char *program)
 {
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
            "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N]\n"
-           "     [--memory-limit SIZE] [--quiet] [--check] [--help]\n\n"
+           "     [--memory-limit SIZE] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -250,12 +346,98 @@ static void help(const char *program)
            "                 (run001, ...); several give all combinations; sweep.csv and sweep.png hold all\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
-           "                 --resume would be refused for; run and write nothing\n\n"
+           "                 --resume would be refused for; run and write nothing\n"
+           "  --new NAME     print a commented scene to begin with; without NAME: which there are\n"
+           "  --keys SECTION\n"
+           "                 print the keys of a section, with units and defaults; without SECTION: which there are\n"
+           "  --version      print the version\n"
+           "  --help         print this text\n\n"
            "SIGINT (Ctrl-C) and SIGTERM stop a run within a second, with a checkpoint of the last step that is done;\n"
            "another one, a second or more later, at once.\n"
            "Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume\n"
            "goes on.\n",
            program, PD_DIM, PD_DIM > 1 ? "s" : "", PD_VERSION);
+}
+
+/* ---- what a scene is made of ---- */
+
+enum { COLUMNS = 100 };
+
+/* The text without its backquotes, in lines that begin with `indent` blanks. */
+static void print_text(const char *text, int indent)
+{
+    int column = 0;
+    while (*text) {
+        int bytes = (int)strcspn(text, " "), quotes = 0;
+        for (int k = 0; k < bytes; k++) quotes += text[k] == '`';
+        if (column && column + 1 + bytes - quotes > COLUMNS) {
+            printf("\n");
+            column = 0;
+        }
+        column += printf("%*s", column ? 1 : indent, "");
+        for (int k = 0; k < bytes; k++)
+            if (text[k] != '`') column += printf("%c", text[k]);
+        text += bytes;
+        text += strspn(text, " ");
+    }
+    printf("\n");
+}
+
+static void print_default(const char *text)
+{
+    for (; *text; text++)
+        if (*text != '`') printf("%c", *text);
+    printf("\n");
+}
+
+static void print_section(const pd_key_section *s)
+{
+    printf("[%s%s%s]  %s\n", s->name, s->label[0] ? " " : "", s->label, s->meaning);
+    for (int k = 0; k < s->count; k++) {
+        const pd_key *key = &s->key[k];
+        printf("\n  %-28s unit %-9s %s", key->keys, key->unit, strncmp(key->fallback, "required", 8) ? "default " : "");
+        print_default(key->fallback);
+        print_text(key->meaning, 6);
+    }
+}
+
+static int keys(const options *o)
+{
+    char list[512] = "";
+    int count;
+    const pd_key_section *s = pd_keys(&count);
+    for (int k = 0; k < count; k++) {
+        char title[64];
+        snprintf(title, sizeof title, "[%s%s%s]", s[k].name, s[k].label[0] ? " " : "", s[k].label);
+        if (!o->ask) printf("%-18s %s\n", title, s[k].meaning);
+        else if (strcmp(s[k].name, o->ask) == 0) {
+            print_section(&s[k]);
+            return 0;
+        }
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", s[k].name);
+    }
+    if (!o->ask) return 0;
+    fprintf(stderr, "%s: --keys: found '%.60s', expected one of %s\n", o->program, o->ask, list);
+    return 2;
+}
+
+static int begin(const options *o)
+{
+    char list[512] = "";
+    int count;
+    const pd_template *t = pd_templates(&count);
+    for (int k = 0; k < count; k++) {
+        if (!o->begin) printf("%s\n", t[k].name);
+        else if (strcmp(t[k].name, o->begin) == 0) {
+            for (int line = 0; t[k].line[line]; line++) printf("%s\n", t[k].line[line]);
+            return 0;
+        }
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", k ? ", " : "", t[k].name);
+    }
+    if (!o->begin) return 0;
+    fprintf(stderr, "%s: --new: found '%.60s', expected one of %s, which there are in %dD\n", o->program, o->begin,
+            list, PD_DIM);
+    return 2;
 }
 
 static int usage(const options *o, const char *what, const char *found)
@@ -266,6 +448,12 @@ static int usage(const options *o, const char *what, const char *found)
 
 /* The text behind an option that takes one; "" when there is none. */
 static const char *value_of(int argc, char **argv, int *k) { return *k + 1 < argc ? argv[++*k] : ""; }
+
+/* The word behind an option that may stand alone, NULL: it does. */
+static const char *word_of(int argc, char **argv, int *k)
+{
+    return *k + 1 < argc && argv[*k + 1][0] != '-' ? argv[++*k] : NULL;
+}
 
 /* "1%", "0.1 %" or "0.01" */
 static int parse_share(const char *text, double *value)
@@ -328,6 +516,9 @@ static int parse(int argc, char **argv, options *o)
     o->checkpoints = 1;
     o->checkpoint_every = CHECKPOINT_EVERY;
     o->program = strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : argv[0];
+#if defined(_WIN32)
+    if (strrchr(o->program, '\\')) o->program = strrchr(o->program, '\\') + 1;
+#endif
     for (int k = 1; k < argc; k++) {
         const char *a = argv[k];
         if (strcmp(a, "--help") == 0 || strcmp(a, "-h") == 0) o->help = 1;
@@ -362,6 +553,14 @@ static int parse(int argc, char **argv, options *o)
         } else if (strcmp(a, "--memory-limit") == 0) {
             if (!parse_memory(value_of(argc, argv, &k), &o->memory))
                 return usage(o, "--memory-limit expects a size such as 2GB, 1.5 GiB or 500 MB", "");
+        } else if (strcmp(a, "--new") == 0) {
+            o->begins = 1;
+            o->begin = word_of(argc, argv, &k);
+        } else if (strcmp(a, "--keys") == 0) {
+            o->asks = 1;
+            o->ask = word_of(argc, argv, &k);
+        } else if (strcmp(a, "--version") == 0) {
+            o->version = 1;
         } else if (a[0] == '-' && a[1]) return usage(o, "unknown option ", a);
         else if (strchr(a, '=')) {
             if (o->count == MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
@@ -373,7 +572,9 @@ static int parse(int argc, char **argv, options *o)
     if (o->sweep_count && (o->check || o->resume || o->estimate || o->range_count || o->data))
         return usage(o, "--sweep goes without --check, --resume, --estimate-error, --accuracy, --fit and --to: a run of"
                         " it goes on by itself, with its values and --out", "");
-    return o->scene || o->help ? 0 : usage(o, "no scene file given", "");
+    if ((o->begins || o->asks) && o->scene) return usage(o, "--new and --keys go without a scene, found ", o->scene);
+    if (o->begins && o->asks) return usage(o, "--new and --keys together, expected one of them", "");
+    return o->scene || o->help || o->version || o->begins || o->asks ? 0 : usage(o, "no scene file given", "");
 }
 
 static int fail(const options *o, screen *s, const char *message, int status)
@@ -439,7 +640,7 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     char line[1024];
     pd_run_desc desc;
     pd_run_result result;
-    double wall = seconds(CLOCK_MONOTONIC);
+    double wall = wall_seconds();
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
     desc.check = o->check;
@@ -456,8 +657,8 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     end_progress(s);
     if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     pd_run_line(&result, line, sizeof line);
-    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, seconds(CLOCK_MONOTONIC) - wall,
-           seconds(CLOCK_PROCESS_CPUTIME_ID), peak_memory(), result.threads);
+    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
+           cpu_seconds(), peak_memory(), result.threads);
     fflush(stdout);
     if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; %s", result.time,
@@ -510,18 +711,6 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     return pd_fit_setup(ctx, &desc, NULL, 0, setup) < 0 ? fail(o, s, ctx->message, 2) : 0;
 }
 
-static void catch_signals(void)
-{
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = on_interrupt;
-    sigemptyset(&action.sa_mask);
-    sigaddset(&action.sa_mask, SIGINT);
-    sigaddset(&action.sa_mask, SIGTERM);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-}
-
 static int sweep(const options *o, pd_ctx *ctx, screen *s)
 {
     pd_sweep_desc desc;
@@ -551,7 +740,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
  * that libgomp takes where it knows of too few processors; other runtimes follow the policy. */
 static void calm_threads(char **argv)
 {
-#ifdef _OPENMP
+#if defined(_OPENMP) && !defined(_WIN32) && !defined(__wasi__)
     if (getenv("OMP_WAIT_POLICY") || getenv("GOMP_SPINCOUNT") || getenv("KMP_BLOCKTIME")) return;
     if (setenv("OMP_WAIT_POLICY", "passive", 1) == 0 && setenv("GOMP_SPINCOUNT", "1000", 1) == 0)
         execvp(argv[0], argv); /* it comes back where it failed, and all goes on as it is */
@@ -571,10 +760,16 @@ static int act(int argc, char **argv, options *o)
         help(o->program);
         return 0;
     }
+    if (o->version) {
+        printf("pdcorr %s\n", PD_VERSION);
+        return 0;
+    }
+    if (o->begins) return begin(o);
+    if (o->asks) return keys(o);
     if (o->threads != 1) calm_threads(argv);
     memset(&s, 0, sizeof s);
     s.quiet = o->quiet;
-    s.terminal = !o->quiet && isatty(2);
+    s.terminal = !o->quiet && is_terminal();
     pd_ctx_init(&ctx);
     ctx.threads = o->threads;
     ctx.poll = is_interrupted_within;

@@ -94,8 +94,9 @@ spoil "J of metal that flows" "s/^\[run\]/$solid[cut a] points = 0 um, 0 um, 60 
 99 um\n[run]/;s/nu = 0.3/nu = 0.3   yield = 400 MPa/" \
     "bad.scene:10: contours: found with a yield stress, expected small strains in balance: J is theirs"
 spoil "unknown key of metal" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   tougness = 5 J\/m2/" \
-    "bad.scene:8: found the unknown key 'tougness' in [solid], expected one of E, nu, plane, m, influence, material, \
-yield, hardening, stretch, strength, toughness, force, speed_factor, motion, density, rtol: did you mean 'toughness'?"
+    "bad.scene:8: found the unknown key 'tougness' in [solid], expected one of E, nu, material, \
+plane, yield, hardening, toughness, strength, stretch, motion, density, force, speed_factor, m, influence, \
+rtol: did you mean 'toughness'?"
 spoil "ratio of springs" "s/^\[run\]/$solid[run]/;s/nu = 0.3/nu = 0.3   material = springs/" \
     "bad.scene:8: nu: found 0.3 with material = springs, expected their 0.25"
 spoil "springs that dissolve" "s/^\[run\]/$solid[run]/;s/nu = 0.3/material = springs/" \

@@ -11,7 +11,8 @@ fresh() {
     rm -rf src one.h one.h.new
     mkdir -p src/cellar src/attic
     printf '# room modules\ncellar config low\nattic high\n' > src/MODULES
-    printf '/* config: switches. */\n#define PD_VERSION "9.8.7"\n' > src/cellar/config.h
+    printf '/* config: switches. */\n#define PD_VERSION_MAJOR 9\n' > src/cellar/config.h
+    printf '#define PD_VERSION_MINOR 8\n#define PD_VERSION_PATCH 7\n' >> src/cellar/config.h
     printf '/* low: the floor below. */\n#include "cellar/config.h"\n#include <math.h>\nint low;\n' > src/cellar/low.h
     printf '/* low: see low.h */\n#include "cellar/low.h"\nint low = 1;\n' > src/cellar/low.c
     printf '/* high: the floor above. */\n#include "cellar/low.h"\nint high;\n' > src/attic/high.h
@@ -51,6 +52,9 @@ echo '/* more */' >> src/attic/high.c
 check "notices a change" sh -c '! "$0" --check src LICENCE one.h > log 2>&1 && grep -q stale log' "$tool"
 check "does not mend it by itself" cmp -s before.h one.h
 
+fresh
+printf '/* config: switches. */\n#define PD_VERSION_MAJOR 9\n' > src/cellar/config.h
+check "no version" refuses 'no line #define PD_VERSION_MINOR'
 fresh
 check "nothing to compare with" refuses 'not found; run' --check
 printf '#include "attic/high.h"\n' >> src/cellar/low.c

@@ -286,14 +286,19 @@ static void refuse_torn_cuts(void)
                     die("%s leaves out %s, which %s uses", cuts[cut], modules[used].path, modules[k].path);
 }
 
-/* The version, from the line #define PD_VERSION "..." of config.h. */
+/* The version, from the lines #define PD_VERSION_MAJOR 0, _MINOR and _PATCH of config.h. */
 static void find_version(char *version, size_t room)
 {
-    int config = find_module("config", 6);
-    const char *at = config < 0 ? NULL : strstr(modules[config].header, "#define PD_VERSION \"");
-    if (!at) die("config.h: no line #define PD_VERSION \"...\"");
-    at = strchr(at, '"') + 1;
-    snprintf(version, room, "%.*s", (int)strcspn(at, "\"\n"), at);
+    static const char *const parts[] = {"MAJOR", "MINOR", "PATCH"};
+    int config = find_module("config", 6), number[3];
+    for (int k = 0; k < 3; k++) {
+        char line[NAME_SIZE];
+        snprintf(line, sizeof line, "#define PD_VERSION_%s ", parts[k]);
+        const char *at = config < 0 ? NULL : strstr(modules[config].header, line);
+        if (!at || sscanf(at + strlen(line), "%d", &number[k]) != 1)
+            die("config.h: no line #define PD_VERSION_%s with a number", parts[k]);
+    }
+    snprintf(version, room, "%d.%d.%d", number[0], number[1], number[2]);
 }
 
 /* What follows "name: " in the first line of the header. */

@@ -21,7 +21,14 @@
 #ifndef PD_CONFIG_H
 #define PD_CONFIG_H
 
-#define PD_VERSION "0.1.0"
+/* `make install` takes the version of pdcorr.pc and of the CMake files from these three lines. */
+#define PD_VERSION_MAJOR 0
+#define PD_VERSION_MINOR 1
+#define PD_VERSION_PATCH 0
+#define PDI_TEXT_OF2(number) #number
+#define PDI_TEXT_OF(number) PDI_TEXT_OF2(number)
+#define PD_VERSION \
+    PDI_TEXT_OF(PD_VERSION_MAJOR) "." PDI_TEXT_OF(PD_VERSION_MINOR) "." PDI_TEXT_OF(PD_VERSION_PATCH) /* "0.1.0" */
 
 #ifndef PD_DIM
 #error "pdcorr: define PD_DIM as 1, 2 or 3 before the header"

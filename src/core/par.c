@@ -3,6 +3,9 @@
 #include <math.h>
 #include <string.h>
 #include <time.h>
+#if defined(__wasi__)
+#include <wasi/api.h>
+#endif
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -222,6 +225,9 @@ PDI_FN double pdi_par_clock(void)
 {
 #ifdef _OPENMP
     return omp_get_wtime();
+#elif defined(__wasi__) /* its C library has no clock() */
+    __wasi_timestamp_t now = 0; /* [ns] */
+    return __wasi_clock_time_get(__WASI_CLOCKID_MONOTONIC, 1000, &now) == 0 ? 1e-9 * (double)now : 0.0;
 #else
     return (double)clock() / (double)CLOCKS_PER_SEC;
 #endif

@@ -9,6 +9,11 @@
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
+/* As in windows.h, which defines thousands of other names; rename() does not replace there. */
+#ifdef __cplusplus
+extern "C"
+#endif
+__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long flags);
 #else
 #include <unistd.h>
 #endif
@@ -250,14 +255,17 @@ PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
     return PD_OK;
 }
 
+/* One that is there is replaced, at once: there is a whole file under that name at every moment. */
 static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
-    remove(to); /* rename does not replace there */
-#endif
+    const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
+    return MoveFileExA(from, to, replace) ? 0 : EACCES;
+#else
     errno = 0;
     if (rename(from, to) == 0) return 0;
     return errno ? errno : EACCES;
+#endif
 }
 
 PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)

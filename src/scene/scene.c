@@ -327,11 +327,11 @@ static pd_status pdi_scene_compressible(pdi_reader *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
-    int state;
+    int state, given = pdi_text_has(s->ctx, s->text, section, "c0");
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
-    if (!pdi_text_has(s->ctx, s->text, section, "eos") && !pdi_text_has(s->ctx, s->text, section, "c0")) return PD_OK;
+    if (!given && !pdi_text_has(s->ctx, s->text, section, "eos")) return PD_OK;
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", "1 m/s", &sound));
+    if (given) PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", NULL, &sound));
     pdi_setup_note(s->setup,
                    "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
@@ -573,6 +573,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.ctx = ctx;
     s.text = text;
     s.setup = setup;
+    text->scene = 1;
     pdi_setup_split_path(path, name, folder);
     PDI_TRY(pdi_syntax_check(ctx, text));
     pdi_scene_lines(&s);

@@ -382,8 +382,7 @@ PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argum
     for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
-    if (end == value)
-        return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
+    if (end == value) return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
     if (pdi_text_name(key, 0) != strlen(key))
         return pdi_text_error(ctx, text, 0, "found '%.40s', expected a key", key);
     if (parts == 1) PDI_TRY(pdi_text_bare_key(ctx, text, key, &section));
@@ -437,8 +436,7 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     PDI_TEXT_ROOM(ctx, text->asked, text->asked_count, text->asked_room);
     PDI_TRY(pdi_text_keep(ctx, text, key, strlen(key), &copy));
     text->asked[text->asked_count].key = copy;
-    text->asked[text->asked_count].group = group;
-    text->asked_count++;
+    text->asked[text->asked_count++].group = group;
     return PD_OK;
 }
 
@@ -446,6 +444,7 @@ PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
+    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, NULL, NULL));
     pd_status status = pdi_text_ask(ctx, text, section, key);
     if (status < 0) text->failed = status;
     return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
@@ -458,11 +457,13 @@ typedef struct pdi_text_value {
     char where[PDI_TEXT_WHERE];
 } pdi_text_value;
 
-static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               const char *what, pdi_text_value *v)
+static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                               const char *fallback, const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_ask(ctx, text, section, key));
+    (void)unit; /* where there are no assertions */
+    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, unit, fallback));
     pd_text_entry *e = pdi_text_entry_at(text, section, key);
     pdi_text_title(text, section, title);
     if (e) {
@@ -473,8 +474,7 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
         pdi_text_where(text, e->line, v->where);
     } else if (fallback) {
         v->value = fallback;
-        v->line = 1;
-        v->column = 1;
+        v->line = v->column = 1;
         snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
     } else {
         int line = text->section[section].line > 0 ? text->section[section].line : 1;
@@ -551,7 +551,7 @@ PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const 
                                  const char **value)
 {
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a text", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, NULL, fallback, "a text", &v));
     *value = v.value;
     return PD_OK;
 }
@@ -562,7 +562,7 @@ PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
@@ -581,7 +581,7 @@ PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const
     size_t at = 0, end;
     *count = 0;
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
@@ -596,7 +596,7 @@ PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const
 {
     pdi_text_value v;
     double number;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a whole number", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "a whole number", &v));
     PDI_TRY(pdi_text_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
     if (!(number >= low && number <= high) || number != floor(number))
         return pdi_fail(ctx, PD_ERR_PARSE, v.where, "column %d: found %.6g, expected a whole number from %d to %d",
@@ -630,7 +630,7 @@ PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const ch
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "yes or no", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "yes or no", &v));
     PDI_TRY(pdi_text_pick(ctx, &v, names, value));
     *value %= 2;
     return PD_OK;
@@ -642,7 +642,7 @@ PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     char list[PDI_TEXT_LIST] = "";
     for (int k = 0; names[k]; k++) pdi_text_list_add(list, " | ", names[k]);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, list, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, list, &v));
     return pdi_text_pick(ctx, &v, names, index);
 }
 
@@ -651,7 +651,7 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
 {
     pdi_text_value v;
     list->count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "words separated by commas", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "words separated by commas", &v));
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
@@ -688,7 +688,7 @@ PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const 
     pdi_text_value v;
     size_t at = 0, end;
     *count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, "a .. b, one range for each axis", &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
@@ -716,7 +716,7 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
     *count = 0;
     memset(exprs, 0, (size_t)max * sizeof *exprs);
     pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, fallback, what, &v));
+    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
         end = pdi_text_item(v.value, at);
         status = *count < max ? pdi_text_compile(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])

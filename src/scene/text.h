@@ -15,6 +15,7 @@
 #define PD_TEXT_H
 #include "io/file.h"
 #include "scene/expr.h"
+#include "scene/keys.h"
 
 #define PD_TEXT_SIZE (1 << 20) /* [byte] of a file */
 #define PD_TEXT_ENTRIES 4096   /* pairs, and sections */
@@ -54,6 +55,7 @@ typedef struct pd_text {
     int const_count;
     const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
     int table_count;
+    int scene;                    /* set by the caller: look-ups are held against pd_keys where PD_DEBUG is defined */
     pd_section *section; /* 0: what stands before the first section line */
     int section_count, section_room;
     pd_text_entry *entry;

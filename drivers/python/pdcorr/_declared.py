@@ -56,7 +56,9 @@ PD_TEXT_ENTRIES = 4096
 PD_TEXT_WORD = 32
 PD_TEXT_WORDS = 32
 PD_UNITS_TEXT = 96
-PD_VERSION = '0.1.0'
+PD_VERSION_MAJOR = 0
+PD_VERSION_MINOR = 1
+PD_VERSION_PATCH = 0
 
 PD_PACE_LOOPS = 64
 PD_OK = 0
@@ -2356,6 +2358,32 @@ def declare(dim):
         ('user', c_void_p),
     ]
 
+    class pd_key(Structure):
+        pass
+    pd_key._fields_ = [
+        ('keys', c_char_p),
+        ('unit', c_char_p),
+        ('fallback', c_char_p),
+        ('meaning', c_char_p),
+    ]
+
+    class pd_key_section(Structure):
+        pass
+    pd_key_section._fields_ = [
+        ('name', c_char_p),
+        ('label', c_char_p),
+        ('meaning', c_char_p),
+        ('key', POINTER(pd_key)),
+        ('count', c_int),
+    ]
+
+    class pd_template(Structure):
+        pass
+    pd_template._fields_ = [
+        ('name', c_char_p),
+        ('line', POINTER(c_char_p)),
+    ]
+
     class pd_section(Structure):
         pass
     pd_section._fields_ = [
@@ -2402,6 +2430,7 @@ def declare(dim):
         ('const_count', c_int),
         ('tables', POINTER(pd_expr_table)),
         ('table_count', c_int),
+        ('scene', c_int),
         ('section', POINTER(pd_section)),
         ('section_count', c_int),
         ('section_room', c_int),
@@ -3215,6 +3244,8 @@ def declare(dim):
         'pd_points_read': (c_int, [POINTER(pd_ctx), c_char_p, c_double, POINTER(pd_points)]),
         'pd_facets_read': (c_int, [POINTER(pd_ctx), c_char_p, c_double, POINTER(c_double), POINTER(pd_facets)]),
         'pd_units_parse': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_double), POINTER(pd_dims)]),
+        'pd_keys': (POINTER(pd_key_section), [POINTER(c_int)]),
+        'pd_templates': (POINTER(pd_template), [POINTER(c_int)]),
         'pd_setup_free': (None, [POINTER(pd_ctx), POINTER(pd_setup)]),
         'pd_setup_function': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, pd_expr_fn, c_void_p, c_uint32]),
         'pd_scene_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),

@@ -1,0 +1,470 @@
+/* keys: see keys.h. Text in `...` stands for itself in a scene. Look-ups of readers are held against units and defaults
+ * (pdi_keys_agree), the tables of docs/guide.md against all of it (tests/test_keys.c). */
+#include "scene/keys.h"
+#include <string.h>
+
+static const pd_key pdi_keys_of_constants[] = {
+    {"NAME", "any", "-",
+     "a value of any dimension, an expression of those above it"}};
+
+static const pd_key pdi_keys_of_grid[] = {
+    {"h", "m", "required",
+     "spacing, one or one an axis"},
+    {"m", "-", "1; beside `[corrode]` that of its bonds",
+     "horizon of the fluid over h, 1 to 6"},
+    {"box", "m", "required",
+     "extent, a range an axis, whole numbers of cells"},
+    {"geometry", "-", "planar",
+     "2D: `planar`, or `axisymmetric`: x runs along the axis, y is the distance from it, cells are rings and "
+     "amounts those of the whole body. The box begins at y = 0, the axis, which needs no `[side y-]`, or at least "
+     "one horizon (m cells) away"},
+    {"threads", "-", "0",
+     "threads, 0 to 1024; 0: all. The `--threads` option goes first"}};
+
+static const pd_key pdi_keys_of_shape[] = {
+    {"box", "m", "-",
+     "box, a range an axis"},
+    {"ball", "m", "-",
+     "centre of a ball (a disc in 2D), with `radius`"},
+    {"cylinder", "-", "-",
+     "`x`, `y` or `z`: unbounded along that axis, with `radius`. 2D: a plane section, so `x` is a slab"},
+    {"half_space", "-", "-",
+     "`yes`: points behind a plane, with `point` and `normal`"},
+    {"mask", "-", "-",
+     "2D: PNG file, relative to the scene; white is inside; with `corner` and `cell`"},
+    {"raw", "-", "-",
+     "file of one byte a voxel, x fastest; not 0 is inside; with `size`, `corner` and `cell`"},
+    {"stl", "-", "-",
+     "3D: STL file (text or binary), relative to the scene: a closed surface, each of whose edges has two "
+     "triangles; with `scale`. Where it ends at a side of the box is a face of it"},
+    {"union, intersect, difference", "-", "-",
+     "2 to 8 names of shapes above; `difference`: first minus the others"},
+    {"radius", "m", "required there",
+     "of a ball or a cylinder"},
+    {"centre", "m", "the origin",
+     "a point of the axis of a cylinder"},
+    {"point", "m", "required there",
+     "a point of the plane of a half space"},
+    {"normal", "-", "required there",
+     "outward normal of that plane, plain numbers"},
+    {"corner", "m", "required there",
+     "place of the first corner of a mask or a raw file"},
+    {"cell", "m", "required there",
+     "size of a pixel or voxel, one or one an axis"},
+    {"size", "-", "required there",
+     "voxels of a raw file, a number an axis"},
+    {"scale", "m", "required there",
+     "length of one unit of an STL file"},
+    {"shift", "m", "the origin",
+     "where the origin of an STL file lies"},
+    {"outside", "-", "no",
+     "`yes`: the complement"},
+    {"kind", "-", "part",
+     "`solid` (dissolves), `wall`, `medium` (fluid with a diffusivity of its own), `passive` (with `[corrode]`: "
+     "fluid there does not attack, as in front of a passive film), `grip` (with `[solid]`: the metal there is "
+     "held), `part` (operand of a set operation only)"},
+    {"C", "mol/m3", "no flux",
+     "`wall`: concentration that its surface holds"},
+    {"D", "m2/s", "required there",
+     "`medium`: diffusivity inside"},
+    {"material", "-", "the first one that is named, else mg4ag",
+     "preset of the metal: `mg4ag`, `steel304`, `copper`, `alloy625` (density, molar mass, charge; sources in "
+     "`src/metal/material.h`). Solids may be of different metals"},
+    {"grains", "m", "no grains",
+     "mean grain diameter; the grains of all solids are the same"},
+    {"grain_spread", "m", "0",
+     "standard deviation of the diameter; 0: random seeds (2D: 26 % of the diameter); else up to 44 %, 22 %, 13 % "
+     "of it in 1D, 2D, 3D"},
+    {"grain_seed", "-", "1",
+     "whole number, another polycrystal each"},
+    {"boundary_width", "m", "0.5 um",
+     "physical width of a grain boundary"},
+    {"ux, uy, uz", "m", "-",
+     "`grip`: displacement of the metal in it, expressions in x, y, z, t; an axis without one is free"}};
+
+static const pd_key pdi_keys_of_side[] = {
+    {"flow", "-", "noslip; with `[gas]` slip",
+     "`noslip`, `inlet`, `outlet`, `periodic` (both sides of the axis), `mirror` (plane of symmetry, free slip), "
+     "`open` (with `time = given`: inlet where the flow enters, outlet where it leaves; with `[corrode]`: `bulk` "
+     "behind it), `slip` (with `[gas]`: a wall)"},
+    {"profile", "-", "required there",
+     "inlet: `uniform`, `parabola` (between walls, of a tube, axisymmetric also between two), `expression`"},
+    {"mean", "m/s", "required, or `flow_rate`",
+     "inlet: mean speed into the box, expression in t"},
+    {"flow_rate", "m3/s", "-",
+     "inlet: volume per time, expression in t. Planar 2D: through a tube as wide as the opening"},
+    {"vx, vy, vz", "m/s", "0, one of them required",
+     "`profile = expression`: velocity, expressions in x, y, z, t"},
+    {"p", "Pa", "0",
+     "outlet: pressure"},
+    {"velocity", "m/s", "0",
+     "noslip: velocity of the wall along itself, an expression in x, y, z, t an axis, 0 across it"},
+    {"C", "mol/m3", "inlet, open: 0; wall: no flux",
+     "inlet, open: concentration of the inflow; noslip: concentration held by the wall; expressions in x, y, z, t"},
+    {"ux, uy, uz", "m", "-",
+     "with `[solid]`: displacement of the metal at the side, expressions in x, y, z, t; an axis without one is free"},
+    {"traction", "Pa", "-",
+     "with `[solid]`: force per area on the metal at the side, an expression in x, y, z, t an axis"},
+    {"pressure", "Pa", "-",
+     "with `[solid]`: force per area against the side, an expression in x, y, z, t"}};
+
+static const pd_key pdi_keys_of_flow[] = {
+    {"rho", "kg/m3", "required",
+     "density"},
+    {"mu", "Pa s", "required",
+     "viscosity"},
+    {"steady", "-", "1e-6",
+     "residual at which the flow is steady (theory: eq. 4.7, 4.8), up to 0.1, against scales of the flow itself"},
+    {"order", "-", "2",
+     "order of the error in the spacing, 2 or 4 (theory: 4.1b): 4 takes `m = 1`, a planar box, and `time = steady` "
+     "or `implicit`"},
+    {"force", "m/s2", "0",
+     "body force per mass, an expression in x, y, z, t an axis"},
+    {"speed", "m/s", "mean speed of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     "reference value that residuals and `Re` are reported with; nothing else depends on it"},
+    {"length", "m", "width of the inlet, else a scale of the flow (theory: eq. 4.5b)",
+     "as `speed`"},
+    {"time", "-", "steady",
+     "`steady`; `implicit`: incompressible flow in time, steps by error; `explicit`: weakly compressible flow in "
+     "time; `given`: `vx`, `vy`, `vz` for ever"},
+    {"vx, vy, vz", "m/s", "0",
+     "flow at the start, or given flow (free of divergence), expressions in x, y, z"},
+    {"rtol", "-", "1e-4",
+     "`implicit`: error of a step against the speed of the flow (theory: eq. 4.5b)"},
+    {"eos", "-", "tait",
+     "`explicit`: `tait` or `linear`"},
+    {"c0", "m/s", "required there",
+     "`explicit`: speed of sound, ten times the largest speed or more"}};
+
+static const pd_key pdi_keys_of_gas[] = {
+    {"gamma", "-", "1.4",
+     "ratio of the heat capacities, above 1"},
+    {"rho", "kg/m3", "required",
+     "density at the start, an expression in x, y, z, positive"},
+    {"p", "Pa", "required",
+     "pressure at the start, an expression in x, y, z, positive"},
+    {"vx, vy, vz", "m/s", "0",
+     "velocity at the start, expressions in x, y, z"},
+    {"order", "-", "second",
+     "`second` where smooth, `first`"},
+    {"cfl", "-", "0.8",
+     "share of the longest stable step (theory: eq. 4.26), up to 1"}};
+
+static const pd_key pdi_keys_of_transport[] = {
+    {"D", "m2/s", "required",
+     "diffusivity"},
+    {"initial", "mol/m3", "0",
+     "concentration at the start, expression in x, y, z, not negative"},
+    {"advection", "-", "limited",
+     "`limited` (second order where smooth), `upwind` (first order)"},
+    {"time", "-", "implicit",
+     "`implicit`: in time; `steady`: the steady field at once; the run fails when balances lack more than 1e-6 of "
+     "what passes, and `defect=` says how much (theory: eq. 5.13)"}};
+
+static const pd_key pdi_keys_of_dissolve[] = {
+    {"rate", "m/s", "`rate` or `law` required",
+     "recession speed of the surface, expression in `C`, t, x, y, z"},
+    {"law", "1/s", "-",
+     "the same in layers of `h` per time: speed = law h. Depends on the grid"},
+    {"rate_scale", "-", "1",
+     "factor of `rate` or `law`"},
+    {"Csat", "mol/m3", "none",
+     "saturation concentration, a constant for the expressions"},
+    {"Cs", "mol/m3", "density over molar mass",
+     "concentration of the intact metal"},
+    {"charge", "-", "that of the material",
+     "electrons that an atom gives off, for currents in the summary"},
+    {"gb_factor", "-", "1",
+     "factor on the speed in a grain boundary; needs `grains`"},
+    {"threshold", "-", "0",
+     "share of the content that stays in a node when it turns fluid, up to 0.99"},
+    {"m", "-", "3, or that of the fluid when it is longer",
+     "horizon of the bonds of metal over h, at least that of the fluid, up to 6"}};
+
+static const pd_key pdi_keys_of_corrode[] = {
+    {"rate", "m/s", "`rate` or `current` required",
+     "recession speed of the surface, expression in `C`, t, x, y, z"},
+    {"current", "A/m2", "-",
+     "the same as a current density: speed = `i/(z F Cs)`"},
+    {"rate_scale", "-", "1",
+     "factor of `rate` or `current`"},
+    {"Csat", "mol/m3", "required",
+     "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
+     "(salt layer)"},
+    {"Cs", "mol/m3", "density over molar mass",
+     "concentration of the intact metal"},
+    {"charge", "-", "that of the material",
+     "electrons given off by one atom, `z_m`"},
+    {"D", "m2/s", "required; `activation` 0",
+     "diffusivity of the fluid"},
+    {"initial", "mol/m3", "0",
+     "concentration of the fluid at the start, expression in x, y, z, not negative"},
+    {"bulk", "mol/m3", "0",
+     "concentration behind open sides; with `activation` of all fluid, up to `Csat`"},
+    {"control", "-", "diffusion",
+     "`diffusion`: dissolved metal has to diffuse away; `activation`: it is gone at once"},
+    {"drive", "-", "constant",
+     "`constant`: the law holds at every concentration; `difference`: loss in proportion to the difference of metal "
+     "and fluid, as in the literature"},
+    {"kernel", "-", "area",
+     "weights of the bonds: `area` (same speed in all directions), `square`, `inverse` (one over the squared, the "
+     "simple length)"},
+    {"weights", "-", "calibrated",
+     "`calibrated`: a flat front moves at the rate; `printed`: coefficients of the continuum, slower on a lattice; "
+     "not for `area`"},
+    {"gb_factor", "-", "1",
+     "factor on the speed in a grain boundary; needs `grains`"},
+    {"repassivation", "mol/m3", "none forms",
+     "solution beside metal that has once been below it does not attack any more: a film has formed (with diffusion)"},
+    {"breaking", "-", "deterministic",
+     "`deterministic`: a node turns fluid at `Csat`; `stochastic`: when the last of its mechanical bonds has "
+     "broken, which happens at random as its metal goes, at `Csat` at the latest (theory: 6.7)"},
+    {"seed", "-", "1",
+     "`stochastic`: whole number, other bonds each"},
+    {"m", "-", "that of `[grid]`; 3",
+     "horizon of the bonds of metal over h, 1 to 6"}};
+
+static const pd_key pdi_keys_of_solid[] = {
+    {"E", "Pa", "required",
+     "Young's modulus"},
+    {"nu", "-", "required",
+     "Poisson's ratio, which 1D does not have; springs have 1/4, in plane stress 1/3"},
+    {"material", "-", "correspondence",
+     "`correspondence`: small strains, of any Poisson's ratio (theory: 8.1); `ordinary`: the linear peridynamic "
+     "solid, of small strains (8.9); `neo_hookean`, `hencky`: strains of any size (8.8); `springs`: bonds that pull "
+     "for themselves, displacements of any size, no stress (8.2)"},
+    {"plane", "-", "strain",
+     "2D: `strain` or `stress`"},
+    {"yield", "Pa", "0: it does not flow",
+     "stress of von Mises at which the metal flows; with `correspondence` (not in `plane = stress`) and `hencky`"},
+    {"hardening", "Pa", "0",
+     "by how much `yield` grows with the plastic strain"},
+    {"toughness", "J/m2", "0: none breaks",
+     "energy per area at which a crack runs; of `correspondence` without `yield`, in balance (3D: m = 1.5 to 3), "
+     "and of `springs`"},
+    {"strength", "Pa", "0: none breaks",
+     "bonds break whose ends have a larger principal stress, in the mean; in balance"},
+    {"stretch", "-", "0: none breaks",
+     "bonds break that are stretched by more; in balance"},
+    {"motion", "-", "no",
+     "`yes`: the metal moves from rest at t = 0"},
+    {"density", "kg/m3", "required there",
+     "mass density of the metal that moves"},
+    {"force", "N/m3", "0",
+     "a force on all of the metal, an expression in x, y, z, t an axis"},
+    {"speed_factor", "-", "1",
+     "factor of the speed at which the metal dissolves, an expression in sigma_h, mises, eps_p, x, y, z, t"},
+    {"m", "-", "2; springs 3",
+     "horizon of the bonds over h"},
+    {"influence", "-", "constant",
+     "how bonds count by their length: `constant`, `inverse`, `linear`"},
+    {"rtol", "-", "1e-8",
+     "of the balance"}};
+
+static const pd_key pdi_keys_of_cut[] = {
+    {"points", "m", "required",
+     "corners one after another, all coordinates of each; up to 32"},
+    {"way", "-", "2D: that of the last piece; 3D: no table",
+     "direction in which the crack grows, plain numbers"},
+    {"contours", "m", "no J",
+     "2D: three radii about the tip, a horizon `m h` or more apart"}};
+
+static const pd_key pdi_keys_of_table[] = {
+    {"file", "-", "required",
+     "CSV file, relative to the scene: `#` lines are comments, then one line of headings, then a row a point"},
+    {"x", "-", "required",
+     "column of the argument, `heading in unit`; without `in` plain numbers"},
+    {"y", "-", "required",
+     "column of the value, as for `x`"},
+    {"outside", "-", "hold",
+     "beyond the first and last `x`: `hold` (the value there holds) or `error` (the run ends with a message)"}};
+
+static const pd_key pdi_keys_of_run[] = {
+    {"until", "s", "-",
+     "end; required with `[transport]` and `[corrode]`"},
+    {"rtol", "-", "4e-3; without dissolution and with `[corrode]` 1e-3",
+     "aim for the error of the volume loss, up to 0.1; sets `fraction = 25 rtol`. Without dissolution: error of a "
+     "step of the transport against the largest concentration; with `[corrode]` over `Csat`"},
+    {"fraction", "-", "25 rtol; with `[corrode]` 0.2, `activation` 0.1, `drive = difference` 0.01",
+     "largest share of its content that a node loses in a step, up to 1; overrides `rtol`"},
+    {"max_step", "s", "0",
+     "longest step; 0: none"}};
+
+static const pd_key pdi_keys_of_output[] = {
+    {"every", "s", "until/20",
+     "time between frames"},
+    {"fields", "-",
+     "C, v, p, kind, grain as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
+     "kind, grain, u, mises, sigma_h, eps_p, broken",
+     "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, or `none`"},
+    {"images", "-", "none",
+     "fields that are drawn, from the same list"},
+    {"deformed", "-", "0",
+     "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
+     "displacements times this factor; 0: where it was"},
+    {"slice", "m", "z, middle of the box",
+     "3D: the drawn plane, for example `z 0 um`"},
+    {"prefix", "-", "corr",
+     "start of the names of VTK files"},
+    {"folder", "-", "the name of the scene, below output/",
+     "folder of the output, when `--out` is not given; below the current one: neither absolute nor with `..`"}};
+
+static const pd_key pdi_keys_of_probe[] = {
+    {"at", "m", "required",
+     "place, a coordinate an axis"},
+    {"fields", "-", "C; without transport v",
+     "some of those of `[output]`"}};
+
+static const pd_key pdi_keys_of_line[] = {
+    {"from, to", "m", "required",
+     "ends, a coordinate an axis"},
+    {"points", "-", "`points` or `spacing` required",
+     "number of points, with the ends"},
+    {"spacing", "m", "-",
+     "largest distance between points"},
+    {"fields", "-", "C, v, p as far as they exist",
+     "some of those of `[output]`"},
+    {"images", "-", "all",
+     "those of the fields that are drawn, or `none`"}};
+
+static const pd_key pdi_keys_of_plane[] = {
+    {"at", "m", "required",
+     "axis and place, for example `x -250 um`; the nearest plane between cells is taken"}};
+
+static const pd_key pdi_keys_of_force[] = {
+    {"box", "m", "required without `shape`; with it the whole box",
+     "holds the body; a range an axis"},
+    {"shape", "-", "all surfaces in the box",
+     "name of a `[shape]` of `kind` solid or wall: only its surfaces count, not those of other bodies or of the "
+     "sides"},
+    {"balance", "-", "yes; with `shape` no",
+     "`no`: on the surface only. A balance needs two cells of fluid on both sides of the box, and is of all that "
+     "the box holds"},
+    {"speed", "m/s", "no coefficients",
+     "reference value `U` of the coefficients `2 F/(rho U^2 A)`"},
+    {"length", "m", "required with `speed`",
+     "2D: reference value `A` of the coefficients"},
+    {"area", "m2", "required with `speed`",
+     "3D: reference value `A` of the coefficients"}};
+
+static const pd_key pdi_keys_of_transfer[] = {
+    {"box", "m", "everything",
+     "nodes that count; a range an axis"},
+    {"along", "-", "none",
+     "axis of local values: at output times `transfer_NAME_000012_t....csv` and its plot, a row for each layer of "
+     "cells"},
+    {"length", "m", "no Sherwood number",
+     "reference length `L` of Sherwood numbers"},
+    {"surface", "mol/m3", "required with `length`",
+     "concentration at the surface"},
+    {"fluid", "mol/m3", "required with `length`",
+     "concentration of the fluid: `inlet`, `bulk` (of the mixed stream of each layer; needs `along`), or a value"},
+    {"D", "m2/s", "that of `[transport]`",
+     "diffusivity of the Sherwood number"},
+    {"area", "m^(d-1)", "measured",
+     "area of the surface"}};
+
+static const pd_key pdi_keys_of_total[] = {
+    {"box", "m", "everything",
+     "nodes that count; a range an axis"}};
+
+static const pd_key pdi_keys_of_measured[] = {
+    {"file", "-", "required",
+     "CSV file, relative to the scene, as for a table (2.17)"},
+    {"time", "-", "the first",
+     "column of the times, `heading in unit`; they may not fall"},
+    {"value", "-", "the second",
+     "column of the values"},
+    {"spread", "-", "the one whose heading starts with `spread`, else none",
+     "column of their spread, for example a standard deviation"},
+    {"of", "-", "`volume_loss`",
+     "figure that was measured: `volume_loss`, or one of a section of 2.13 to 2.16 or a probe: `plane.NAME.flow`, "
+     "`total.NAME.solid`, `probe.NAME.C`"},
+    {"start", "s", "0",
+     "time of the file at which the run begins"}};
+
+#define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
+static const pd_key_section pdi_keys_all[] = {
+    {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
+    {"grid", "", "spacing, horizon and extent of the lattice", PDI_KEYS_OF(pdi_keys_of_grid)},
+    {"shape", "NAME", "a body, a wall, or a part of one", PDI_KEYS_OF(pdi_keys_of_shape)},
+    {"side", "x-", "a side of the box: x-, x+, y-, y+, z-, z+", PDI_KEYS_OF(pdi_keys_of_side)},
+    {"flow", "", "flow of the liquid", PDI_KEYS_OF(pdi_keys_of_flow)},
+    {"gas", "", "an ideal gas, alone", PDI_KEYS_OF(pdi_keys_of_gas)},
+    {"transport", "", "what the liquid carries", PDI_KEYS_OF(pdi_keys_of_transport)},
+    {"dissolve", "", "metal that dissolves by a law at its surface; [dissolve METAL]: one of several",
+     PDI_KEYS_OF(pdi_keys_of_dissolve)},
+    {"corrode", "", "bond-based corrosion, in place of [dissolve]; [corrode METAL]: one of several",
+     PDI_KEYS_OF(pdi_keys_of_corrode)},
+    {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
+    {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
+    {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
+    {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
+    {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
+    {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},
+    {"line", "NAME", "values along a line", PDI_KEYS_OF(pdi_keys_of_line)},
+    {"plane", "NAME", "what passes a plane", PDI_KEYS_OF(pdi_keys_of_plane)},
+    {"force", "NAME", "the force of the flow on a body", PDI_KEYS_OF(pdi_keys_of_force)},
+    {"transfer", "NAME", "what the fluid in a box gets from solids", PDI_KEYS_OF(pdi_keys_of_transfer)},
+    {"total", "NAME", "what a box holds", PDI_KEYS_OF(pdi_keys_of_total)},
+    {"measured", "NAME", "points that the run is compared with", PDI_KEYS_OF(pdi_keys_of_measured)}};
+#undef PDI_KEYS_OF
+#define PDI_KEYS_SECTIONS ((int)(sizeof pdi_keys_all / sizeof pdi_keys_all[0]))
+
+const pd_key_section *pd_keys(int *count)
+{
+    *count = PDI_KEYS_SECTIONS;
+    return pdi_keys_all;
+}
+
+PDI_FN const pd_key_section *pdi_keys_section(const char *name)
+{
+    for (int k = 0; k < PDI_KEYS_SECTIONS; k++)
+        if (strcmp(pdi_keys_all[k].name, name) == 0) return &pdi_keys_all[k];
+    return NULL;
+}
+
+/* 1 when `word` stands in the comma-separated list. */
+static int pdi_keys_listed(const char *list, const char *word)
+{
+    for (size_t size; *list; list += size, list += strspn(list, ", ")) {
+        size = strcspn(list, ",");
+        if (strlen(word) == size && memcmp(list, word, size) == 0) return 1;
+    }
+    return 0;
+}
+
+PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key)
+{
+    for (int k = 0; k < section->count; k++)
+        if (pdi_keys_listed(section->key[k].keys, key) || strcmp(section->key[k].unit, "any") == 0)
+            return &section->key[k];
+    return NULL;
+}
+
+#ifdef PD_DEBUG
+/* 1 when `part` stands in the text, not within a word or a number. */
+static int pdi_keys_stands(const char *text, const char *part)
+{
+    size_t size = strlen(part);
+    for (const char *at = strstr(text, part); at; at = strstr(at + 1, part)) {
+        int begins = at == text || at[-1] == ' ' || at[-1] == '`';
+        if (begins && (at[size] == '\0' || strchr(" ,:;`", at[size]))) return 1;
+    }
+    return 0;
+}
+
+PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback)
+{
+    const pd_key_section *s = pdi_keys_section(section);
+    const pd_key *k = s ? pdi_keys_find(s, key) : NULL;
+    if (!k) return !section[0];
+    if (unit && unit[0] == '\0') unit = "-"; /* a plain number */
+    if (unit && strcmp(k->unit, unit) != 0 && strcmp(k->unit, "any") != 0 && strcmp(k->unit, "m^(d-1)") != 0) return 0;
+    if (!fallback || strncmp(k->fallback, "the ", 4) == 0 || strncmp(k->fallback, "that of ", 8) == 0) return 1;
+    return pdi_keys_stands(k->fallback, fallback);
+}
+#endif
+
+#undef PDI_KEYS_SECTIONS

@@ -1,0 +1,17 @@
+/* template: commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
+ */
+#ifndef PD_TEMPLATE_H
+#define PD_TEMPLATE_H
+#include "core/base.h"
+
+typedef struct pd_template {
+    const char *name;
+    const char *const *line; /* without its end; NULL ends */
+} pd_template;
+
+#define pd_templates PD_NAME(pd_templates)
+
+/* All templates of this dimension, by name. */
+PD_API const pd_template *pd_templates(int *count);
+
+#endif
