@@ -16583,7 +16583,7 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #define PDI_COARSEN_FLOOR_CONTRAST 1e-10f
 /* With flow: a cell is held when conductances are less than this share of its diagonal, and so many pairs of sweeps
  * leave less than that share of a uniform error there. */
-#define PDI_COARSEN_HELD 0.1f
+#define PDI_COARSEN_HELD 0.05f
 #define PDI_COARSEN_PAIRS 4
 #define PDI_COARSEN_LEFT 0.3f
 /* No cell, and one that has not been joined to another. */
