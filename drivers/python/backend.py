@@ -45,7 +45,9 @@ def _metadata(version: str) -> str:
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):  # pylint: disable=unused-argument
     """Write the wheel; its name."""
-    version = re.search(r'#define PD_VERSION "(.*)"', HEADER.read_text(encoding="utf-8")).group(1)
+    header = HEADER.read_text(encoding="utf-8")
+    version = ".".join(re.search(rf"#define PD_VERSION_{part} (\d+)", header).group(1)
+                       for part in ("MAJOR", "MINOR", "PATCH"))
     tag = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
     info, name = f"pdcorr-{version}.dist-info", f"pdcorr-{version}-{tag}.whl"
     with tempfile.TemporaryDirectory() as folder:

@@ -3,12 +3,14 @@
 Sim: a scene step by step. run: a scene to its end, with its files. read_table: the tables of a run.
 Lattice: nodes, bonds and operators alone. All numbers are SI.
 """
-from ._declared import PD_VERSION as __version__
+from ._declared import PD_VERSION_MAJOR, PD_VERSION_MINOR, PD_VERSION_PATCH
 from ._library import Error, Status
 from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
                       intersect, union)
 from .sim import Frame, Ledger, Result, Sim, run
 from .table import Table, read_table
+
+__version__ = f"{PD_VERSION_MAJOR}.{PD_VERSION_MINOR}.{PD_VERSION_PATCH}"
 
 __all__ = [
     "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table",
