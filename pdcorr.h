@@ -374,7 +374,7 @@ enum { PD_PACE_LOOPS = 64 };
 typedef struct pd_pace_loop {
     uint64_t key;
     double best;     /* [s] least on all threads, 0: none */
-    double sum[2];   /* [s] in the last window of either sort */
+    double sum[2];   /* [s] in the last windows of either sort, the latest counts most */
     double count[2]; /* [-] */
 } pd_pace_loop;
 
@@ -9417,6 +9417,9 @@ PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
 
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
+/* Share of their times that loops keep from one window to the next: what counts is half a second, since one hold-up of
+ * a time slice in a window says little. */
+#define PDI_PACE_KEPT 0.9
 /* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
 #define PDI_PACE_SKIP 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
@@ -9447,10 +9450,13 @@ static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
     pace->trying = trying;
     pace->since = now;
     pace->spent = pace->lost = 0.0;
-    for (int k = 0; k < PD_PACE_LOOPS; k++) pace->loop[k].sum[one] = pace->loop[k].count[one] = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        pace->loop[k].sum[one] *= trying ? 0.0 : PDI_PACE_KEPT;
+        pace->loop[k].count[one] *= trying ? 0.0 : PDI_PACE_KEPT;
+    }
 }
 
-/* Time on one thread over that on all, for the loops of the last window of `one`. 0: no loop ran on both. */
+/* Time on one thread over that on all, for the loops of the last windows of `one`. 0: no loop ran on both. */
 static double pdi_pace_ratio(const pd_pace *pace)
 {
     double all = 0.0, alone = 0.0;
@@ -9509,6 +9515,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
 }
 
 #undef PDI_PACE_WINDOW
+#undef PDI_PACE_KEPT
 #undef PDI_PACE_SKIP
 #undef PDI_PACE_LOST
 #undef PDI_PACE_SLOW
@@ -9970,13 +9977,16 @@ PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
 #define PDI_PAR_BLOCK 2048
 /* Partial sums of a block. */
 #define PDI_PAR_CHAINS 16
+/* Scalar operations of a loop that several threads are worth: 10 us on one thread. Threads that spin meet in 1 us,
+ * those that sleep in 50. */
+#define PDI_PAR_WORTH 20000
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work)
 {
 #ifdef _OPENMP
-    if (work < 20000 || omp_in_parallel()) return 1;
+    if (work < PDI_PAR_WORTH || omp_in_parallel()) return 1;
     return ctx->threads > 0 ? ctx->threads : omp_get_max_threads();
 #else
     (void)ctx;
@@ -16220,15 +16230,39 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
  * Sums of level 0 have the loop over axes inside that over cells: the other way round gcc exchanges them, and gathers.
  */
 
-/* Lines are swept in slabs along the last axis, even slabs then odd ones; the partition depends on the size only. This
- * is the largest number of slabs. */
-#define PDI_SMOOTHER_SLABS 8
-/* Least planes of a slab. */
-#define PDI_SMOOTHER_SLAB_PLANES 7
-/* A level with fewer cells is one slab. */
-#define PDI_SMOOTHER_SLAB_CELLS 4096
+/* Lines are swept in blocks of lines, colour by colour; the partition depends on the size only. This is the largest
+ * number of blocks along an axis. */
+#define PDI_SMOOTHER_BLOCKS 8
+/* Least lines across a block. */
+#define PDI_SMOOTHER_BLOCK_LINES 7
+/* A level with fewer cells is one block. */
+#define PDI_SMOOTHER_BLOCK_CELLS 4096
 /* Cells of level 0 whose defects are summed at a time. */
 #define PDI_SMOOTHER_BLOCK 256
+
+/* From a row of level 0 along axis 0 to the rows at its sides. Behind an end of the box that does not wrap there is a
+ * row or a pad, whose coefficients are 0. */
+typedef struct pdi_smoother_beside {
+    int32_t below[PD_DIM], above[PD_DIM]; /* axes 1 and up */
+    const float *lo[PD_DIM], *hi[PD_DIM]; /* coefficients of all axes, by cell; lo[0] not for the first cell */
+} pdi_smoother_beside;
+
+static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stride, int32_t row,
+                              pdi_smoother_beside *beside)
+{
+    beside->below[0] = -1;
+    beside->above[0] = 1;
+    for (int d = 1; d < PD_DIM; d++) {
+        int32_t n = fine->n[d], i = row % n, across = (n - 1) * stride[d];
+        beside->below[d] = i == 0 && fine->wrap[d] ? across : -stride[d];
+        beside->above[d] = i == n - 1 && fine->wrap[d] ? -across : stride[d];
+        row /= n;
+    }
+    for (int d = 0; d < PD_DIM; d++) {
+        beside->lo[d] = fine->shared ? fine->hi[d] + beside->below[d] : fine->lo[d];
+        beside->hi[d] = fine->hi[d];
+    }
+}
 
 /* sum over links of a x */
 PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
@@ -16386,10 +16420,11 @@ PDI_FN void pdi_smoother_range(const pd_ctx *ctx, const pd_smoother_level *level
                             first + pdi_smoother_part(count, part + 1), 1);
 }
 
-/* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0 without edges. The cells
- * between, which the sums read, are computed too, for the sake of vectors, and left as they are. */
-static void pdi_smoother_every_second(const pd_smoother_level *fine, const int32_t *stride, int sweep, int32_t first,
-                                    int32_t end)
+/* x = b/a (START) or (b + sum)/a (SWEEP) on every second cell from `first` of a row of level 0, none of which is linked
+ * across the box along axis 0. The cells between, which the sums read, are computed too, for the sake of vectors, and
+ * left as they are. */
+static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_beside *beside, int sweep,
+                                      int32_t first, int32_t end)
 {
     float next[PDI_SMOOTHER_BLOCK];
     for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
@@ -16397,19 +16432,40 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const int32
         const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
         float *x = fine->x + at;
         for (int d = 0; d < PD_DIM; d++) {
-            lo[d] = fine->lo[d] + at;
-            hi[d] = fine->hi[d] + at;
+            lo[d] = beside->lo[d] + at;
+            hi[d] = beside->hi[d] + at;
         }
         if (sweep)
             for (int c = 0; c < n; c++) {
                 float sum = 0.0f;
-                for (int d = 0; d < PD_DIM; d++) sum += lo[d][c] * x[c - stride[d]] + hi[d][c] * x[c + stride[d]];
+                for (int d = 0; d < PD_DIM; d++)
+                    sum += lo[d][c] * x[c + beside->below[d]] + hi[d][c] * x[c + beside->above[d]];
                 next[c] = (b[c] + sum) * inv[c];
             }
         else
             for (int c = 0; c < n; c++) next[c] = b[c] * inv[c];
         for (int c = 0; c < n; c += 2) x[c] = next[c];
     }
+}
+
+/* START or SWEEP on every second cell of row r of level 0 from `first`. Where axis 0 wraps, the first and the last cell
+ * of the row are linked, and are met one by one. */
+static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_job job, int32_t r,
+                             int32_t first)
+{
+    pdi_smoother_beside beside;
+    int32_t begin = r * fine->n[0], last = begin + fine->n[0] - 1, end = fine->end[r], inner = end;
+    pdi_smoother_look(fine, stride, r, &beside);
+    if (fine->wrap[0]) {
+        if (first == begin && first < end) {
+            pdi_smoother_cells(fine, stride, job, first, first + 1, 1);
+            first += 2;
+        }
+        if (end > last) inner = last;
+    }
+    pdi_smoother_every_second(fine, &beside, job == PDI_SMOOTHER_SWEEP, first, inner);
+    if (inner < end && first <= last && (last - first) % 2 == 0)
+        pdi_smoother_cells(fine, stride, job, last, last + 1, 1);
 }
 
 /* A job on the cells of one colour of level 0: the share of one thread. */
@@ -16420,8 +16476,7 @@ static void pdi_smoother_rows(const pd_smoother_level *level, const int32_t *str
     for (int32_t r = 0; r < rows; r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
-        if (!level->edge && (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP))
-            pdi_smoother_every_second(level, stride, job == PDI_SMOOTHER_SWEEP, first, level->end[r]);
+        if (job == PDI_SMOOTHER_START || job == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, job, r, first);
         else pdi_smoother_cells(level, stride, job, first, level->end[r], 2);
     }
 }
@@ -16439,48 +16494,61 @@ PDI_FN void pdi_smoother_colour(const pd_ctx *ctx, const pd_smoother_level *leve
     PDI_SHARE(nt, pdi_smoother_rows(level, stride, job, colour));
 }
 
-/* Gauss-Seidel forth and back along one line of a coarse level, or one that meets itself across the box. */
-PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, const int32_t *stride, int32_t first,
-                                              int32_t end)
+/* Gauss-Seidel forth and back along one line of a coarse level. */
+PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
-    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
-    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
+    for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
+    for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
 }
 
 /* What the other lines give a line of level 0, into r: it does not change while the line is swept. */
-PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
-                                             int32_t n)
+PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t line)
 {
+    int32_t n = fine->n[0], first = line * n;
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
+    pdi_smoother_beside beside;
+    pdi_smoother_look(fine, stride, line, &beside);
     for (int d = 0; d < PD_DIM; d++) {
-        lo[d] = fine->lo[d] + first;
-        hi[d] = fine->hi[d] + first;
+        lo[d] = beside.lo[d] + first;
+        hi[d] = beside.hi[d] + first;
     }
     for (int32_t c = 0; c < n; c++) {
         float sum = b[c];
-        for (int d = 1; d < PD_DIM; d++) sum += lo[d][c] * x[c - stride[d]] + hi[d][c] * x[c + stride[d]];
+        for (int d = 1; d < PD_DIM; d++)
+            sum += lo[d][c] * x[c + beside.below[d]] + hi[d][c] * x[c + beside.above[d]];
         given[c] = sum;
     }
 }
 
-/* The same as above on `lines` (1 or 2) lines of level 0 from the cells `first`, of n cells each, that do not touch
- * each other. Only one product and one sum wait for the cell before, and two lines wait together. */
-static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const int32_t *stride, const int32_t *first,
-                                         int32_t n, int lines)
+/* The same as above on `lines` (1 or 2) lines of level 0 that do not touch each other. Only one product and one sum
+ * wait for the cell before, and two lines wait together. Where axis 0 wraps, the ends of a line are neighbours. */
+static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const int32_t *stride, const int32_t *line,
+                                           int lines)
 {
     const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
     const float *PD_RESTRICT given = fine->r;
     float *PD_RESTRICT x = fine->x, last[2] = {0.0f, 0.0f};
-    for (int l = 0; l < lines; l++) pdi_smoother_fine_given(fine, stride, first[l], n);
-    for (int32_t i = 0; i < n; i++)
+    int32_t n = fine->n[0], first[2] = {0, 0};
+    int wrap = fine->wrap[0];
+    for (int l = 0; l < lines; l++) {
+        first[l] = line[l] * n;
+        pdi_smoother_fine_given(fine, stride, line[l]);
+        if (wrap) last[l] = x[first[l] + n - 1];
+    }
+    for (int32_t i = 0; i < n - 1; i++)
         for (int l = 0; l < lines; l++) {
             int32_t c = first[l] + i;
             x[c] = last[l] = (given[c] + hi[c] * x[c + 1]) * inv[c] + lo[c] * inv[c] * last[l];
         }
-    last[0] = last[1] = 0.0f;
+    for (int l = 0; l < lines; l++) {
+        int32_t c = first[l] + n - 1;
+        float behind = wrap ? x[first[l]] : 0.0f;
+        x[c] = (given[c] + hi[c] * behind) * inv[c] + lo[c] * inv[c] * last[l];
+        last[l] = behind;
+    }
     for (int32_t i = n - 1; i > 0; i--)
         for (int l = 0; l < lines; l++) {
             int32_t c = first[l] + i;
@@ -16488,77 +16556,117 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
         }
     for (int l = 0; l < lines; l++) {
         int32_t c = first[l];
-        x[c] = given[c] * inv[c] + hi[c] * inv[c] * last[l];
+        float before = wrap ? x[c + n - 1] : 0.0f;
+        x[c] = (given[c] + lo[c] * before) * inv[c] + hi[c] * inv[c] * last[l];
     }
 }
 
-/* Lines `line` and `beside` (-1: none). */
-PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, int32_t line,
-                                       int32_t beside)
+/* Lines line[0] and, where `lines` is 2, line[1]. */
+PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, const int32_t *line,
+                                       int lines)
 {
-    int32_t n0 = level->n[0], first[2];
-    first[0] = line * n0;
-    first[1] = beside * n0;
-    if (level->row || level->edge) {
-        for (int32_t q = line; q >= 0; q = q == line ? beside : -1) {
-            if (level->row) pdi_smoother_linked_line(level, stride, level->line[q], level->line[q + 1]);
-            else pdi_smoother_linked_line(level, stride, q * n0, (q + 1) * n0);
-        }
-    } else if (beside >= 0) pdi_smoother_fine_lines(level, stride, first, n0, 2);
-    else pdi_smoother_fine_lines(level, stride, first, n0, 1);
+    if (level->row)
+        for (int l = 0; l < lines; l++)
+            pdi_smoother_linked_line(level, level->line[line[l]], level->line[line[l] + 1]);
+    else if (lines > 1) pdi_smoother_fine_lines(level, stride, line, 2);
+    else pdi_smoother_fine_lines(level, stride, line, 1);
 }
 
-/* Lines [begin[0], end[0]) and, where it is not empty, [begin[1], end[1]) at their side. */
-static void pdi_smoother_slabs(const pd_smoother_level *level, const int32_t *stride, const int32_t *begin,
-                             const int32_t *end, int descending)
+/* A block of lines: where it begins along the axes from 1 on, and how many lines it has. */
+typedef struct pdi_smoother_block {
+    int32_t first[PD_DIM], n[PD_DIM], lines;
+} pdi_smoother_block;
+
+/* Blocks along the axes: 1, or an even number, since the last may touch the first. */
+static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
 {
-    int32_t count[2];
-    for (int l = 0; l < 2; l++) count[l] = end[l] - begin[l];
-    for (int32_t q = 0; q < count[0] || q < count[1]; q++) {
-        int32_t line[2];
-        for (int l = 0; l < 2; l++) line[l] = q >= count[l] ? -1 : descending ? end[l] - 1 - q : begin[l] + q;
-        if (line[0] >= 0) pdi_smoother_line(level, stride, line[0], line[1]);
-        else pdi_smoother_line(level, stride, line[1], -1);
+    for (int d = 0; d < PD_DIM; d++) {
+        blocks[d] = !d || level->cells < PDI_SMOOTHER_BLOCK_CELLS ? 1 : level->n[d] / PDI_SMOOTHER_BLOCK_LINES;
+        if (blocks[d] > PDI_SMOOTHER_BLOCKS) blocks[d] = PDI_SMOOTHER_BLOCKS;
+        if (blocks[d] > 1) blocks[d] -= blocks[d] % 2;
+        if (blocks[d] < 1) blocks[d] = 1;
     }
 }
 
-/* Lines of the slabs of one parity, which do not touch each other and are swept by twos: the share of one thread. */
-static void pdi_smoother_half(const pd_smoother_level *level, const int32_t *stride, int slabs, int parity,
-                              int descending)
+/* Blocks of a colour, whose bits tell even blocks from odd ones along axis 1 and up: they do not touch each other. */
+static int pdi_smoother_block_count(const int *blocks, int colour)
 {
-    int32_t planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1, lines = 1;
-    for (int d = 1; d < PD_DIM; d++) lines *= level->n[d];
+    int count = 1;
+    for (int d = 1; d < PD_DIM; d++) count *= blocks[d] > 1 ? blocks[d] / 2 : 1 - (colour >> (d - 1) & 1);
+    return count;
+}
+
+static pdi_smoother_block pdi_smoother_block_get(const pd_smoother_level *level, const int *blocks, int colour, int k)
+{
+    pdi_smoother_block block;
+    block.lines = block.n[0] = 1;
+    block.first[0] = 0;
+    for (int d = 1; d < PD_DIM; d++) {
+        int half = blocks[d] > 1 ? blocks[d] / 2 : 1;
+        int at = 2 * (k % half) + (colour >> (d - 1) & 1);
+        block.first[d] = (int32_t)((int64_t)level->n[d] * at / blocks[d]);
+        block.n[d] = (int32_t)((int64_t)level->n[d] * (at + 1) / blocks[d]) - block.first[d];
+        block.lines *= block.n[d];
+        k /= half;
+    }
+    return block;
+}
+
+static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi_smoother_block *block, int32_t q)
+{
+    int32_t line = 0, stride = 1;
+    for (int d = 1; d < PD_DIM; d++) {
+        line += (block->first[d] + q % block->n[d]) * stride;
+        q /= block->n[d];
+        stride *= level->n[d];
+    }
+    return line;
+}
+
+/* Blocks of a colour, `by` (1 or 2) at a time: the share of one thread. */
+static void pdi_smoother_colour_lines(const pd_smoother_level *level, const int32_t *stride, const int *blocks,
+                                      int colour, int by, int descending)
+{
+    int count = pdi_smoother_block_count(blocks, colour);
     PDI_FOR
-    for (int s = parity; s < slabs; s += 4) {
-        int32_t begin[2], end[2];
-        for (int l = 0; l < 2; l++) {
-            int slab = s + 2 * l < slabs ? s + 2 * l : -1;
-            begin[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * slab / slabs) * (lines / planes);
-            end[l] = slab < 0 ? 0 : (int32_t)((int64_t)planes * (slab + 1) / slabs) * (lines / planes);
+    for (int k = 0; k < count; k += by) {
+        pdi_smoother_block block[2];
+        int32_t longest = 0;
+        block[1].lines = 0;
+        for (int l = 0; l < by && k + l < count; l++) {
+            block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
+            if (block[l].lines > longest) longest = block[l].lines;
         }
-        pdi_smoother_slabs(level, stride, begin, end, descending);
+        for (int32_t q = 0; q < longest; q++) {
+            int32_t line[2];
+            int lines = 0;
+            for (int l = 0; l < by; l++) {
+                int32_t at = descending ? block[l].lines - 1 - q : q;
+                if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
+            }
+            pdi_smoother_line(level, stride, line, lines);
+        }
     }
 }
 
-/* Lines of the slabs, ascending or descending, one parity after the other. */
+/* Lines of the blocks, ascending or descending, colour by colour. */
 PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level, int descending)
 {
-    int32_t stride[PD_DIM], planes = PD_DIM > 1 ? level->n[PD_DIM - 1] : 1;
+    int32_t stride[PD_DIM];
+    int blocks[PD_DIM], colours = 1 << (PD_DIM - 1);
     pdi_smoother_strides(level, stride);
-    int slabs = level->cells < PDI_SMOOTHER_SLAB_CELLS ? 1 : (int)(planes / PDI_SMOOTHER_SLAB_PLANES);
-    if (slabs > PDI_SMOOTHER_SLABS) slabs = PDI_SMOOTHER_SLABS;
-    if (slabs > 1) slabs -= slabs % 2; /* as many of either parity; the last may touch the first */
-    if (slabs < 1) slabs = 1;
-    int nt = slabs > 4 ? pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK) : 1;
-    for (int half = 0; half < 2; half++) {
-        int parity = descending ? 1 - half : half;
-        PDI_SHARE(nt, pdi_smoother_half(level, stride, slabs, parity, descending));
+    pdi_smoother_partition(level, blocks);
+    for (int k = 0; k < colours; k++) {
+        int colour = descending ? colours - 1 - k : k, count = pdi_smoother_block_count(blocks, colour);
+        int nt = count > 1 ? pdi_par_threads(ctx, (int64_t)level->cells / colours * PDI_SMOOTHER_WORK) : 1;
+        int by = !level->row && count >= 2 * nt ? 2 : 1;
+        PDI_SHARE(nt, pdi_smoother_colour_lines(level, stride, blocks, colour, by, descending));
     }
 }
 
-#undef PDI_SMOOTHER_SLABS
-#undef PDI_SMOOTHER_SLAB_PLANES
-#undef PDI_SMOOTHER_SLAB_CELLS
+#undef PDI_SMOOTHER_BLOCKS
+#undef PDI_SMOOTHER_BLOCK_LINES
+#undef PDI_SMOOTHER_BLOCK_CELLS
 #undef PDI_SMOOTHER_BLOCK
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -17095,9 +17203,11 @@ PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
 static void pdi_multigrid_edges(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int32_t stride = pdi_smoother_stride(fine->n, d);
-        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
-            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+        int32_t stride = pdi_smoother_stride(fine->n, d), along = stride * fine->n[d];
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c += along) {
+            memset(fine->edge + c, 1, (size_t)stride);
+            memset(fine->edge + c + along - stride, 1, (size_t)stride);
+        }
     }
 }
 
@@ -17473,15 +17583,16 @@ static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, doubl
     int64_t rows = fine->cells / fine->n[0];
     PDI_FOR
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
-        part[q] = 0.0;
+        double largest = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
-            int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
+            int32_t node = pdi_multigrid_row_node(mg, r) - r * fine->n[0] * mg->desc.stride[0];
+            double weight = pdi_multigrid_weight(mg, r);
             for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
-                double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
-                size *= pdi_multigrid_weight(mg, r);
-                if (size > part[q]) part[q] = size;
+                double size = fine->inv[c] > 0.0f ? weight * fabs(rhs[node + c * mg->desc.stride[0]]) : 0.0;
+                largest = size > largest ? size : largest;
             }
         }
+        part[q] = largest;
     }
 }
 

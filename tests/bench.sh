@@ -27,12 +27,18 @@ at_most() {
 at_most 132 evals case=counts part=pin h=1e-05
 at_most 86 evals_again case=counts part=pin h=1e-05
 at_most 1e-8 residual case=counts part=pin h=1e-05
-at_most 32 krylov case=counts part=transport n=16 limited=0 courant=0.1
-at_most 38 krylov case=counts part=transport n=16 limited=0 courant=10000
-at_most 46 krylov case=counts part=transport n=16 limited=1
-at_most 33 krylov case=counts part=transport n=32 limited=0 courant=0.1
-at_most 38 krylov case=counts part=transport n=32 limited=0 courant=10000
-at_most 52 krylov case=counts part=transport n=32 limited=1
+at_most 15 krylov case=counts part=transport n=16 m=1 limited=0 courant=0.1
+at_most 17 krylov case=counts part=transport n=16 m=1 limited=0 courant=10000
+at_most 23 krylov case=counts part=transport n=16 m=1 limited=1
+at_most 15 krylov case=counts part=transport n=32 m=1 limited=0 courant=0.1
+at_most 17 krylov case=counts part=transport n=32 m=1 limited=0 courant=10000
+at_most 24 krylov case=counts part=transport n=32 m=1 limited=1
+at_most 32 krylov case=counts part=transport n=16 m=3 limited=0 courant=0.1
+at_most 38 krylov case=counts part=transport n=16 m=3 limited=0 courant=10000
+at_most 46 krylov case=counts part=transport n=16 m=3 limited=1
+at_most 33 krylov case=counts part=transport n=32 m=3 limited=0 courant=0.1
+at_most 38 krylov case=counts part=transport n=32 m=3 limited=0 courant=10000
+at_most 52 krylov case=counts part=transport n=32 m=3 limited=1
 at_most 46 evals case=counts part=implicit n=16
 at_most 38 evals case=counts part=implicit n=32
 at_most 34 krylov case=solid dim=2 part=cube n=64

@@ -7,7 +7,7 @@
 #ifndef BENCH_BENCH_H
 #define BENCH_BENCH_H
 
-enum { BENCH_LINES = 512, BENCH_LINE = 320, BENCH_ROWS = 64, BENCH_GOALS = 24, BENCH_JOBS = 24 };
+enum { BENCH_LINES = 512, BENCH_LINE = 320, BENCH_ROWS = 64, BENCH_GOALS = 48, BENCH_JOBS = 24 };
 
 typedef struct bench bench;
 typedef pd_status (*bench_run_fn)(bench *b);

@@ -4,6 +4,9 @@
 
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
+/* Share of their times that loops keep from one window to the next: what counts is half a second, since one hold-up of
+ * a time slice in a window says little. */
+#define PDI_PACE_KEPT 0.9
 /* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
 #define PDI_PACE_SKIP 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
@@ -34,10 +37,13 @@ static void pdi_pace_open(pd_pace *pace, int one, int trying, double now)
     pace->trying = trying;
     pace->since = now;
     pace->spent = pace->lost = 0.0;
-    for (int k = 0; k < PD_PACE_LOOPS; k++) pace->loop[k].sum[one] = pace->loop[k].count[one] = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        pace->loop[k].sum[one] *= trying ? 0.0 : PDI_PACE_KEPT;
+        pace->loop[k].count[one] *= trying ? 0.0 : PDI_PACE_KEPT;
+    }
 }
 
-/* Time on one thread over that on all, for the loops of the last window of `one`. 0: no loop ran on both. */
+/* Time on one thread over that on all, for the loops of the last windows of `one`. 0: no loop ran on both. */
 static double pdi_pace_ratio(const pd_pace *pace)
 {
     double all = 0.0, alone = 0.0;
@@ -96,6 +102,7 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
 }
 
 #undef PDI_PACE_WINDOW
+#undef PDI_PACE_KEPT
 #undef PDI_PACE_SKIP
 #undef PDI_PACE_LOST
 #undef PDI_PACE_SLOW

@@ -15,7 +15,7 @@ enum { PD_PACE_LOOPS = 64 };
 typedef struct pd_pace_loop {
     uint64_t key;
     double best;     /* [s] least on all threads, 0: none */
-    double sum[2];   /* [s] in the last window of either sort */
+    double sum[2];   /* [s] in the last windows of either sort, the latest counts most */
     double count[2]; /* [-] */
 } pd_pace_loop;
 

@@ -14,13 +14,16 @@
 #define PDI_PAR_BLOCK 2048
 /* Partial sums of a block. */
 #define PDI_PAR_CHAINS 16
+/* Scalar operations of a loop that several threads are worth: 10 us on one thread. Threads that spin meet in 1 us,
+ * those that sleep in 50. */
+#define PDI_PAR_WORTH 20000
 /* Block sums are kept on the stack in batches of this many. */
 #define PDI_PAR_BATCH 512
 
 PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work)
 {
 #ifdef _OPENMP
-    if (work < 20000 || omp_in_parallel()) return 1;
+    if (work < PDI_PAR_WORTH || omp_in_parallel()) return 1;
     return ctx->threads > 0 ? ctx->threads : omp_get_max_threads();
 #else
     (void)ctx;

@@ -60,9 +60,11 @@ PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
 static void pdi_multigrid_edges(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        int32_t stride = pdi_smoother_stride(fine->n, d);
-        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c++)
-            if (c / stride % fine->n[d] % (fine->n[d] - 1) == 0) fine->edge[c] = 1;
+        int32_t stride = pdi_smoother_stride(fine->n, d), along = stride * fine->n[d];
+        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c += along) {
+            memset(fine->edge + c, 1, (size_t)stride);
+            memset(fine->edge + c + along - stride, 1, (size_t)stride);
+        }
     }
 }
 
@@ -438,15 +440,16 @@ static void pdi_multigrid_parts(const pd_multigrid *mg, const double *rhs, doubl
     int64_t rows = fine->cells / fine->n[0];
     PDI_FOR
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
-        part[q] = 0.0;
+        double largest = 0.0;
         for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++) {
-            int32_t node = pdi_multigrid_row_node(mg, r), base = r * fine->n[0];
+            int32_t node = pdi_multigrid_row_node(mg, r) - r * fine->n[0] * mg->desc.stride[0];
+            double weight = pdi_multigrid_weight(mg, r);
             for (int32_t c = fine->begin[r]; c < fine->end[r]; c++) {
-                double size = fine->inv[c] > 0.0f ? fabs(rhs[node + (c - base) * mg->desc.stride[0]]) : 0.0;
-                size *= pdi_multigrid_weight(mg, r);
-                if (size > part[q]) part[q] = size;
+                double size = fine->inv[c] > 0.0f ? weight * fabs(rhs[node + c * mg->desc.stride[0]]) : 0.0;
+                largest = size > largest ? size : largest;
             }
         }
+        part[q] = largest;
     }
 }
 
