@@ -160,6 +160,21 @@ static double horizon_row(bench *b, const study *s, const horizon_problem *of)
     return error[0] / least;
 }
 
+/* Where a wider horizon wins, and why. */
+#if PD_DIM == 1
+#define HORIZON_WIDER "Bonds longer than a spacing spread a front and a peak by more than one."
+#elif PD_DIM == 2
+#define HORIZON_WIDER                                                                                              \
+    "Where a wider horizon has the smaller error: past the pin with round ends m = 1 and 2 have the same error with "  \
+    "60 nodes and m = 2 the smaller one with 120; there the velocity beside the metal comes from cut bonds, of which " \
+    "m = 2 has three times as many. In the cavity at Re = 3200 m = 1 has the smaller error on each lattice and takes " \
+    "up to a third more evaluations. Around the wire all horizons have the error of a surface that cells follow."
+#else
+#define HORIZON_WIDER                                                                                              \
+    "Where a wider horizon has the smaller error: the flow through a tube is exact, and what is left is rounding; in " \
+    "the periodic channel m = 2 has half the error in 1.6 times the time, which is even."
+#endif
+
 static pd_status horizon_run(bench *b)
 {
     static const char *const words[] = {"case", "cpu [s]", "m = 1", "m = 2", "m = 3", "m = 1, order 4",
@@ -187,7 +202,9 @@ static pd_status horizon_run(bench *b)
     for (int p = 0; p < HORIZON_PROBLEMS; p++) worse += horizon_row(b, &all[p], &horizon_problems[p]) > 1.0;
     bench_table(b, "Errors in the same processor time, that of the finest run with m = 1");
     snprintf(what, sizeof what, "cases of %d in which a wider horizon has the smaller error", HORIZON_PROBLEMS);
-    if (!b->quick) bench_judge(b, what, 0, 0.0, worse);
+    if (b->quick) return PD_OK;
+    bench_judge(b, what, 0, 0.0, worse);
+    bench_note(b, HORIZON_WIDER);
     return PD_OK;
 }
 

@@ -4,9 +4,9 @@
 
 /* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
 #define PDI_PACE_WINDOW 0.05
-/* Share of their times that loops keep from one window to the next: what counts is half a second, since one hold-up of
- * a time slice in a window says little. */
-#define PDI_PACE_KEPT 0.9
+/* Share of their times that loops keep from one window to the next: what counts is a quarter of a second, since one
+ * hold-up of a time slice in a window says little. */
+#define PDI_PACE_KEPT 0.8
 /* [s] Times are left out for this long after a change of threads: threads that wait spin for up to 14 ms first. */
 #define PDI_PACE_SKIP 0.015
 /* Share of the time in loops that may be lost: 1/6 makes them 1.2 times as long. */
@@ -16,6 +16,8 @@
 #define PDI_PACE_SLOW 2e-9
 /* A trial is followed by this many times its own length without one, so that trials take 1/20 of the time at most. */
 #define PDI_PACE_REST 20.0
+/* Share of that rest before all threads are tried for the first time: hold-ups are mostly short. It doubles. */
+#define PDI_PACE_SOON 0.2
 /* [s] After this time without one there is a trial even where no loop is late, since all may be: 0.3 % at most. */
 #define PDI_PACE_CHECK 10.0
 /* [s] A pause is doubled up to this, so that trials without success become rare. */
@@ -65,6 +67,7 @@ static void pdi_pace_judge(pd_pace *pace, double now)
     int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
     if (!(ratio > 0.0)) rest *= 0.25;
     else if (failed) rest = pace->pause = pace->pause > 0.0 ? fmin(2.0 * pace->pause, PDI_PACE_PAUSE) : rest;
+    else if (one) rest = pace->pause = pace->one ? PDI_PACE_SOON * rest : fmin(2.0 * pace->pause, rest);
     else pace->pause = 0.0;
     pace->until = failed || one ? now + rest : now;
     pdi_pace_open(pace, one, 0, now);
@@ -107,5 +110,6 @@ PDI_FN void pdi_pace_note(pd_pace *pace, uint64_t key, int threads, double work,
 #undef PDI_PACE_LOST
 #undef PDI_PACE_SLOW
 #undef PDI_PACE_REST
+#undef PDI_PACE_SOON
 #undef PDI_PACE_CHECK
 #undef PDI_PACE_PAUSE

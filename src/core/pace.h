@@ -25,7 +25,7 @@ typedef struct pd_pace {
     int trying;    /* 1: for a trial */
     double since;  /* [s] begin of the window */
     double until;  /* [s] when the next trial may begin */
-    double pause;  /* [s] between trials of one thread that fail */
+    double pause;  /* [s] between trials that fail */
     double spent, lost; /* [s] of the window, by loops on all threads */
     pd_pace_loop loop[PD_PACE_LOOPS];
 } pd_pace;
