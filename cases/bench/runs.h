@@ -62,9 +62,9 @@ static const scene_run scene_runs[] = {
 /* Why goals are missed. */
 #if PD_DIM == 2
 #define SCENES_SERIAL \
-    "Why speed-ups are missed: a step of 3,600 to 25,000 nodes is made of loops of 1 to 50 us. Those shorter than 10 " \
-    "stay on one thread: coarse levels, sums over surfaces, bases of few nodes. One thread sets up the coarse levels, " \
-    "evaluates the law and keeps the ledger."
+    "Why speed-ups are missed: a step of 3,600 to 25,000 nodes is made of loops of 1 to 50 us. Those shorter than "  \
+    "10 stay on one thread: coarse levels, sums over surfaces, bases of few nodes. One thread sets up the coarse "   \
+    "levels, evaluates the law and keeps the ledger."
 #define SCENES_MISSED \
     "Why bytes a node are missed: a steady solve borrows 21 Krylov bases in single precision, 252 bytes a node, " \
     "and 290 for vectors, multigrids and linearised products, and takes up to 120 more where its basis grows; " \
