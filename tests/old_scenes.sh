@@ -1,0 +1,25 @@
+#!/bin/sh
+# Scenes of earlier releases (tests/data/scenes-*): they are read, and their runs give the figures of that release. A key that
+# changes its name or its meaning has to take the old one, too, or say at the line what is to be written instead; then the
+# scene leaves its folder, and the changelog has it.
+. tests/lib/script.sh
+
+# figure LOG KEY: of the last result line that has it.
+figure() { tr ' ' '\n' < "$1" | sed -n "s/^$2=//p" | tail -n 1; }
+
+for folder in tests/data/scenes-*; do
+    grep -v '^#' "$folder/figures.txt" > "$dir/rows"
+    while IFS=';' read -r scene dim arguments key value tolerance; do
+        eval "set -- $arguments"
+        "$programs/pd${dim}d" "$folder/$scene" "$@" --out "$dir/out" --quiet > "$dir/log" 2>&1 < /dev/null
+        verdict "$folder/$scene runs"
+        found=$(figure "$dir/log" "$(echo $key)")
+        awk -v f="$found" -v v="$value" -v t="$tolerance" 'BEGIN { e = f - v; s = v < 0 ? -v : v; exit !(f != "" && e <= t * s && e >= -t * s) }'
+        verdict "$folder/$scene: $key is '$found', expected $value"
+        rm -rf "$dir/out"
+    done < "$dir/rows"
+    for scene in "$folder"/*.scene "$folder"/*.cfg; do
+        check "$scene has a figure" grep -q "^$(basename "$scene");" "$dir/rows"
+    done
+done
+score
