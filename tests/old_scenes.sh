@@ -4,16 +4,24 @@
 # scene leaves its folder, and the changelog has it.
 . tests/lib/script.sh
 
-# figure LOG KEY: of the last result line that has it.
-figure() { tr ' ' '\n' < "$1" | sed -n "s/^$2=//p" | tail -n 1; }
+# figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row.
+figure() {
+    case $1 in
+    *.csv:*) # shellcheck disable=SC2086
+        tail -q -n 1 "$dir"/out/${1%:*} | tail -n 1 | cut -d, -f "${1#*:}" ;;
+    *:*) grep -F " ${1%:*} " "$dir/log" | tr ' ' '\n' | sed -n "s/^${1#*:}=//p" | tail -n 1 ;;
+    *) grep '^result ' "$dir/log" | tr ' ' '\n' | sed -n "s/^$1=//p" | tail -n 1 ;;
+    esac
+}
 
 for folder in tests/data/scenes-*; do
     grep -v '^#' "$folder/figures.txt" > "$dir/rows"
     while IFS=';' read -r scene dim arguments key value tolerance; do
         eval "set -- $arguments"
-        "$programs/pd${dim}d" "$folder/$scene" "$@" --out "$dir/out" --quiet > "$dir/log" 2>&1 < /dev/null
+        "$programs/pd${dim# }d" "$folder/$scene" "$@" --out "$dir/out" --quiet > "$dir/log" 2>&1 < /dev/null
         verdict "$folder/$scene runs"
-        found=$(figure "$dir/log" "$(echo $key)")
+        key=${key# }
+        found=$(figure "$key")
         awk -v f="$found" -v v="$value" -v t="$tolerance" 'BEGIN { e = f - v; s = v < 0 ? -v : v; exit !(f != "" && e <= t * s && e >= -t * s) }'
         verdict "$folder/$scene: $key is '$found', expected $value"
         rm -rf "$dir/out"

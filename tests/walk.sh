@@ -31,10 +31,6 @@ for picture in wire/volume_loss.png pit/total_pit.csv crevice/simulation.pvd loo
     check "out/$picture" [ -s "$walk/out/$picture" ]
 done
 
-# block PAGE NUMBER LANGUAGE: that block of the page.
-block() {
-    awk -v n="$2" -v fence="\`\`\`$3" '$0 == fence { k++; inside = k == n; next } /^```/ { inside = 0 } inside' "$1"
-}
 python=
 for candidate in python3 /usr/bin/python3; do
     if $candidate -c 'import numpy, matplotlib, sys; assert sys.version_info >= (3, 9)' 2> /dev/null; then

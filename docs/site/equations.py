@@ -182,6 +182,8 @@ class Reader:
             self.at += 1
             latex += rf"_{{{digit.group()}}}" if self.peek() != "_" else digit.group()
         marks = self.marks()
+        if "_" in latex and "_" in marks: # Cs_m
+            latex = rf"{{{latex}}}"
         latex = rf"\tilde{{{latex}}}{marks[1:]}" if marks.startswith("~") else latex + marks
         if self.peek() in ("(", "[") and name not in WORDS_OF_TWO and not latex.startswith(r"\text{and"):
             opening = self.peek()

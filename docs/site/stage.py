@@ -93,7 +93,7 @@ class Site:
             line = lines[k]
             if line.startswith("```"):
                 fenced = not fenced
-            block = not fenced and line.startswith("    ") and (not out or not out[-1].strip())
+            block = not fenced and line.startswith("    ") and (not out or not out[-1].strip()) and not self.listed(out)
             if block:
                 end = k
                 while end < len(lines) and (lines[end].startswith("    ") or (not lines[end].strip() and end + 1 < len(lines)
@@ -113,6 +113,12 @@ class Site:
             out.append(line)
             k += 1
         return self.files("\n".join(out) + "\n", here)
+
+    @staticmethod
+    def listed(out: list[str]) -> bool:
+        """The last line with words belongs to a list, and so does what is indented below it."""
+        last = next((line for line in reversed(out) if line.strip()), "")
+        return bool(re.match(r"(\d+\.|[-*]) |  ", last))
 
     @staticmethod
     def files(text: str, here: Path) -> str:
