@@ -1,6 +1,6 @@
 #!/bin/sh
-# What a repository tells its visitors: the files are there, the citation has this version, the paper has the sections and the
-# length that the journal asks for, and what it cites.
+# What a repository tells its visitors: the files are there, the citation has this version, the paper has the sections
+# and the length that the journal asks for, and what it cites.
 . tests/lib/script.sh
 
 for file in LICENSE CITATION.cff .github/CONTRIBUTING.md .github/CODE_OF_CONDUCT.md .github/SECURITY.md \
@@ -21,7 +21,8 @@ import yaml
 
 citation = yaml.safe_load(open("CITATION.cff", encoding="utf-8"))
 assert citation["cff-version"] == "1.2.0" and citation["license"] == "MIT", citation
-assert all(set(author) <= {"name", "given-names", "family-names", "orcid", "affiliation"} for author in citation["authors"])
+person = {"name", "given-names", "family-names", "orcid", "affiliation"}
+assert all(set(author) <= person for author in citation["authors"])
 head, text = re.match(r"---\n(.*?)\n---\n(.*)", open("docs/paper/paper.md", encoding="utf-8").read(), re.S).groups()
 paper = yaml.safe_load(head)
 assert {"title", "tags", "authors", "affiliations", "date", "bibliography"} <= set(paper), paper

@@ -103,10 +103,13 @@ page=docs/tutorials/program.md
 mkdir "$dir/program"
 block $page 1 c > "$dir/program/main.c"
 block $page 1 cmake > "$dir/program/CMakeLists.txt"
-says() { LD_LIBRARY_PATH=$tree/lib "$1" 2> "$dir/log" | grep -q '^C \[mol/m3\] is [0-9.e+-]* in the corner after 7200 s$'; }
+says() {
+    LD_LIBRARY_PATH=$tree/lib "$1" 2> "$dir/log" | grep -q '^C \[mol/m3\] is [0-9.e+-]* in the corner after 7200 s$'
+}
 if command -v pkg-config > /dev/null; then
     # shellcheck disable=SC2046
-    $CC -std=c99 -DPD_DIM=2 "$dir/program/main.c" $(pc --cflags) -o "$dir/program/main" -lpdcorr $(pc --libs) 2> "$dir/log"
+    $CC -std=c99 -DPD_DIM=2 "$dir/program/main.c" $(pc --cflags) -o "$dir/program/main" -lpdcorr $(pc --libs) \
+        2> "$dir/log"
     verdict "$page: pkg-config"
     check "$page: pkg-config: run" says "$dir/program/main"
 fi

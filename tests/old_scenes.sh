@@ -1,7 +1,7 @@
 #!/bin/sh
-# Scenes of earlier releases (tests/data/scenes-*): they are read, and their runs give the figures of that release. A key that
-# changes its name or its meaning has to take the old one, too, or say at the line what is to be written instead; then the
-# scene leaves its folder, and the changelog has it.
+# Scenes of earlier releases (tests/data/scenes-*): they are read, and their runs give its figures. A key
+# that changes its name or its meaning has to take the old one, too, or say at the line what is to be written instead;
+# then the scene leaves its folder, and the changelog has it.
 . tests/lib/script.sh
 
 # figure KEY: of the last result line that has it; OBJECT:KEY of that of the object; FILE:COLUMN of a table's last row.
@@ -22,7 +22,8 @@ for folder in tests/data/scenes-*; do
         verdict "$folder/$scene runs"
         key=${key# }
         found=$(figure "$key")
-        awk -v f="$found" -v v="$value" -v t="$tolerance" 'BEGIN { e = f - v; s = v < 0 ? -v : v; exit !(f != "" && e <= t * s && e >= -t * s) }'
+        awk -v f="$found" -v v="$value" -v t="$tolerance" \
+            'BEGIN { e = f / v - 1; exit !(f != "" && e <= t + 0 && e >= -t) }'
         verdict "$folder/$scene: $key is '$found', expected $value"
         rm -rf "$dir/out"
     done < "$dir/rows"

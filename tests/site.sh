@@ -11,7 +11,7 @@ verdict "the site builds" $status
 check "the start page" grep -q "Three ways in" "$dir/site/index.html"
 check "a page for a room of the header" grep -q 'id="pd-grid-build"' "$dir/site/api/lattice.html"
 check "the keys of the parser" grep -q "<code.*boundary_width" "$dir/site/keys.html"
-[ "$(grep -c '<div class="math">' "$dir/site/theory.html")" -gt 140 ]
+[ "$(grep -c '<div class="math' "$dir/site/theory.html")" -gt 140 ]
 verdict "the theory has its equations"
 check "the site is small: below 30 MB" [ "$(du -sm "$dir/site" | cut -f 1)" -lt 30 ]
 
@@ -20,12 +20,14 @@ python=python3
 $python -c 'import sphinx' 2> /dev/null || python=/usr/bin/python3
 mkdir -p "$dir/bad" "$dir/words"
 cat > "$dir/bad/index.html" << 'END'
-<a href="none.html">a</a><a href="#none">b</a><img src="https://example.org/a.png"><p id="here">[x](y.md)</p><a href="#here">c</a>
+<a href="none.html">a</a><a href="#none">b</a><img src="https://example.org/a.png">
+<p id="here">[x](y.md)</p><a href="#here">c</a>
 END
 echo "A corosoin test." > "$dir/words/a.md"
 ! $python docs/site/check.py "$dir/bad" "$dir/words" > "$dir/log"
 verdict "a bad site is refused"
-for words in "leads nowhere: none.html" "no such place: #none" "from a network" "shows markup" "'corosoin' is in no dictionary"; do
+for words in "leads nowhere: none.html" "no such place: #none" "from a network" "shows markup" \
+             "'corosoin' is in no dictionary"; do
     check "a bad site: $words" grep -qF "$words" "$dir/log"
 done
 check "a bad site: nothing else" [ "$(wc -l < "$dir/log")" = 5 ]

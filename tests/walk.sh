@@ -1,7 +1,7 @@
 #!/bin/sh
 # slow: yes
-# The way of a new user, by what the pages say: the commands of the tutorials and what they promise, the figures and laws in
-# Python, and the first change of CONTRIBUTING in a fresh clone. Programs that use what is installed: tests/install.sh.
+# The way of a new user, by what the pages say: the commands of the tutorials and what they promise, figures and laws in
+# Python, and the first change of CONTRIBUTING in a fresh clone. What uses installed files is in tests/install.sh.
 . tests/lib/script.sh
 walk=$dir/walk
 mkdir -p "$walk"
@@ -12,7 +12,11 @@ ln -s "$root/examples" "$walk/examples"
 commands() {
     awk '/^<!-- slow -->/ { slow = 1; next }
         /^```/ { fenced = !fenced }
-        !fenced && /^    / { inside = 1; if (!slow) { sub(/^    /, ""); print (sub(/^# */, "") ? "says " : "run ") $0 }; next }
+        !fenced && /^    / {
+            inside = 1
+            if (!slow) { sub(/^    /, ""); print (sub(/^# */, "") ? "says " : "run ") $0 }
+            next
+        }
         inside && !/^$/ { inside = slow = 0 }' "$1"
 }
 for page in docs/tutorials/*.md; do
@@ -56,7 +60,7 @@ else
     skipped=$((skipped + 1))
 fi
 
-# The first change: other words for a key. Objects of this checkout spare the clone what it would compile for the first time.
+# The first change: other words for a key. Objects of this checkout spare the clone what it would compile first.
 if git -C "$root" rev-parse HEAD > /dev/null 2>&1; then
     clone=$dir/clone
     git clone -q --depth 1 "file://$root" "$clone" > "$dir/log" 2>&1

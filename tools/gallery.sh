@@ -1,6 +1,6 @@
 #!/bin/sh
-# gallery.sh [NAME...]: runs the scenes and templates of docs/site/gallery.txt, all or those named, and puts their pictures
-# into docs/img/: two minutes of processor time.
+# gallery.sh [NAME...]: runs the scenes and templates of docs/site/gallery.txt, all or those named, and puts their
+# pictures into docs/img/: two minutes of processor time.
 build=${BUILD:-build}
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT
@@ -13,7 +13,10 @@ grep -v '^#' docs/site/gallery.txt | while IFS=';' read -r name picture which mo
     case $name in *_1d) dim=1 ;; *_3d) dim=3 ;; *) dim=2 ;; esac
     if [ ! -d "$dir/$name" ]; then
         echo "runs $name"
-        eval "\"$build/pd${dim}d\" \"$scene\" $more --out \"$dir/$name\" --quiet" > "$dir/log" 2>&1 || { cat "$dir/log"; exit 1; }
+        eval "\"$build/pd${dim}d\" \"$scene\" $more --out \"$dir/$name\" --quiet" > "$dir/log" 2>&1 || {
+            cat "$dir/log"
+            exit 1
+        }
     fi
     found=
     for file in "$dir/$name/$which.png" "$dir/$name/${which}"_*.png; do [ ! -f "$file" ] || found=$file; done

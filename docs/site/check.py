@@ -90,8 +90,8 @@ def spelling(staged: Path) -> list[str]:
             seen.setdefault(word.removesuffix("'s"), str(path.relative_to(staged)))
     own = {word.strip().lower() for word in (HERE / "words.txt").read_text(encoding="utf-8").splitlines()}
     asked = sorted(word for word in seen if word.lower() not in own)
-    said = subprocess.run(["hunspell", "-d", "en_GB,en_US", "-l"], input="\n".join(asked), check=True, capture_output=True,
-                          text=True, encoding="utf-8").stdout.split()
+    said = subprocess.run(["hunspell", "-d", "en_GB,en_US", "-l"], input="\n".join(asked), check=True,
+                          capture_output=True, text=True, encoding="utf-8").stdout.split()
     return [f"{seen.get(word, '?')}: '{word}' is in no dictionary (docs/site/words.txt)" for word in said]
 
 

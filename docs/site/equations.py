@@ -7,14 +7,14 @@ Three spaces or more separate equations of a line; its number stands at the end.
 """
 import re
 
-GREEK = set("""alpha beta gamma delta epsilon eta theta kappa lambda mu nu xi pi rho sigma tau phi psi omega Lambda Omega
-    Delta Gamma""".split())
+GREEK = set("""alpha beta gamma delta epsilon eta theta kappa lambda mu nu xi pi rho sigma tau phi psi omega Lambda
+    Omega Delta Gamma""".split())
 FUNCTIONS = set("exp max min sin cos tan sinh cosh tanh ln log det".split())
 OPERATORS = {name: rf"\operatorname{{{name}}}" for name in "asin acos atan erf tr dev lap div log10".split()}
 WORDS_OF_TWO = set("of in is or at so if to by no on as".split())
 PLAIN_WORDS = set("and the from that with its two one all for over node place means max where".split())
-RELATIONS = [("<=", r"\le "), (">=", r"\ge "), ("!=", r"\ne "), ("->", r"\to "), ("<-", r"\leftarrow "), ("+-", r"\pm "),
-             ("...", r"\dots "), ("..", r"\dots ")]
+RELATIONS = [("<=", r"\le "), (">=", r"\ge "), ("!=", r"\ne "), ("->", r"\to "), ("<-", r"\leftarrow "),
+             ("+-", r"\pm "), ("...", r"\dots "), ("..", r"\dots ")]
 NUMBER = re.compile(r"\d+(\.\d+)?(e-?\d+)?")
 NAME = re.compile(r"[A-Za-z]+")
 WIDTH = 66 # characters of a row
@@ -134,8 +134,8 @@ class Reader:
     @staticmethod
     def factor(latex: str) -> bool:
         """May stand above a fraction line with what follows it."""
-        return not re.match(r"\\(sum|int|text|frac|min|max|exp|operator|nabla|le|ge|ne|to|left|pm|dots|quad| )|[=+\-,;:!/<>.]",
-                            latex)
+        return not re.match(r"\\(sum|int|text|frac|min|max|exp|operator|nabla|le|ge|ne|to|left|pm|dots|quad| )"
+                            r"|[=+\-,;:!/<>.]", latex)
 
     def atom(self) -> tuple[str, str]:
         char = self.peek()
@@ -174,7 +174,8 @@ class Reader:
             root = rf"\sqrt{{{self.sequence(')')}}}" + self.marks()
             return root, root
         if name in ("sum", "int"):
-            latex = "\\" + name + (r"\limits" if name == "sum" and self.peek() == "_" and not self.small else "") + self.marks()
+            limits = name == "sum" and self.peek() == "_" and not self.small
+            latex = "\\" + name + (r"\limits" if limits else "") + self.marks()
             return latex + " ", latex + " "
         latex = symbol(name)
         digit = re.match(r"\d", self.text[self.at :])
@@ -283,7 +284,8 @@ def display(lines: list[str]) -> str:
         parts = [(inner.group(1), rf"\tag{{{inner.group(2)}}}"), (inner.group(3), tag)] if inner else [(line, tag)]
         for part, number in parts:
             groups: list[list[str]] = [[]]
-            for piece in re.sub(r"(\S)\s+(\[[a-z0-9/]+\])", r"\1 \2", re.sub(r"^(and|or)\s+", r"\1 ", part.strip())).split("   "):
+            part = re.sub(r"^(and|or)\s+", r"\1 ", part.strip())
+            for piece in re.sub(r"(\S)\s+(\[[a-z0-9/]+\])", r"\1 \2", part).split("   "):
                 piece = piece.strip()
                 if not piece:
                     continue
@@ -300,7 +302,8 @@ SYMBOLS = re.compile(r"[A-Za-z0-9_^'+\-*/=<>|().,:;~!\[\] ]+")
 
 def inline(code: str) -> str | None:
     """LaTeX of what stands between backquotes, when it is a formula; None: a name, a command, a key."""
-    if not SYMBOLS.fullmatch(code) or re.search(r"[a-z]{2,}_[a-z]{2,}|\.[a-z]{1,4}$|[a-z]{2,}/[a-z]|^-|--|\w x \w", code):
+    other = r"[a-z]{2,}_[a-z]{2,}|\.[a-z]{1,4}$|[a-z]{2,}/[a-z]|^-|--|\w x \w"
+    if not SYMBOLS.fullmatch(code) or re.search(other, code):
         return None
     for name in NAME.findall(re.sub(r"_\(?[A-Za-z0-9]+", "", code)):
         if name in GREEK or name in FUNCTIONS or name in OPERATORS or len(name) == 1:

@@ -30,18 +30,20 @@ def keys(program: Path) -> str:
 
     lines = [
         "# Scene reference", "",
-        f"Every section and key of a scene file, as `{program.name} --keys` prints them: the table that the parser reads by. The",
-        "[guide](guide.md#2-scene-files) has the same keys with what belongs together explained.", "",
+        f"Every section and key of a scene file, as `{program.name} --keys` prints them: the table that the parser reads",
+        "by. The [guide](guide.md#2-scene-files) has the same keys with what belongs together explained.", "",
     ]
     for line in said():
         head, meaning = re.fullmatch(r"(\[.*?\])\s+(.*)", line).groups()
-        lines += [f"## `{head}`", "", escape(meaning) + ".", "", "| key | meaning | unit | default |", "|---|---|---|---|"]
+        lines += [f"## `{head}`", "", escape(meaning) + ".", ""]
+        lines += ["| key | meaning | unit | default |", "|---|---|---|---|"]
         row: list[str] = []
         for text in [*said(head[1:-1].split()[0])[1:], "  end unit - default -"]:
             key = re.fullmatch(r"  (\S.*?)\s+unit (.*?)\s+(required.*|default .*)", text)
             if key:
                 if row:
-                    lines += ["| " + " | ".join([row[0], escape(" ".join(row[3:])), escape(row[1]), escape(row[2])]) + " |"]
+                    cells = [row[0], escape(" ".join(row[3:])), escape(row[1]), escape(row[2])]
+                    lines += ["| " + " | ".join(cells) + " |"]
                 names = ", ".join(f"`{name}`" for name in key.group(1).split(", "))
                 row = [names, key.group(2), key.group(3).removeprefix("default ")]
             elif text.strip():
@@ -51,6 +53,9 @@ def keys(program: Path) -> str:
 
 
 # ---- the header
+DIRECTIVE = re.compile(r"#\s*(if|endif|else|elif|include|error|undef)|#define \w+ PD_NAME\(|#define \w+_H$")
+
+
 def public(text: str) -> str:
     """Without what is internal, and without the names that carry the dimension."""
     kept, depth, hidden = [], 0, 0
@@ -59,7 +64,7 @@ def public(text: str) -> str:
             depth += 1
             if not hidden and "PDI_INTERNAL" in line:
                 hidden = depth
-        if not hidden and not re.match(r"#\s*(if|endif|else|elif|include|error|undef)|#define \w+ PD_NAME\(|#define \w+_H$", line):
+        if not hidden and not DIRECTIVE.match(line):
             kept.append(line)
         if re.match(r"#\s*endif", line):
             if hidden == depth:
@@ -114,8 +119,8 @@ class Header:
         self.rooms = [line.split()[0] for line in order if line and line.split()[0] in ROOMS]
         self.modules: dict[str, list[tuple[str, str, list[tuple[str, str]]]]] = {room: [] for room in self.rooms}
         self.names: dict[str, str] = {}
-        interface = re.split(r"^/\* ======== >>(\w+)/(\w+)\.h ======== \*/$", self.text.split("!defined(PDI_IMPLEMENTED)")[0],
-                             flags=re.M)
+        declared = self.text.split("!defined(PDI_IMPLEMENTED)")[0]
+        interface = re.split(r"^/\* ======== >>(\w+)/(\w+)\.h ======== \*/$", declared, flags=re.M)
         for room, module, text in zip(interface[1::3], interface[2::3], interface[3::3]):
             found = [(c, d) for c, d in pieces(public(text)) if "extern \"C\"" not in d]
             intro = words(found[0][0]) if found and found[0][0] else ""
@@ -132,7 +137,8 @@ class Header:
     def name(declaration: str) -> str:
         """What is declared; nothing for what is not public."""
         for pattern in (r"PD_API [^(]*?\b(pd_\w+)\(", r"typedef .*?\(\*(pd_\w+)\)\(", r"\}\s*(pd_\w+);$",
-                        r"^struct (pd_\w+) \{", r"#define (PD_\w+)", r"^typedef [\w ]*?\b(pd_\w+);$", r"^enum \{ *(PD_\w+)"):
+                        r"^struct (pd_\w+) \{", r"#define (PD_\w+)", r"^typedef [\w ]*?\b(pd_\w+);$",
+                        r"^enum \{ *(PD_\w+)"):
             match = re.search(pattern, declaration, re.S)
             if match:
                 return match.group(1)
@@ -173,8 +179,9 @@ class Header:
     def index(self) -> str:
         lines = [
             "# C interface", "",
-            "What `pdcorr.h` declares, from its comments, a page for each room of the header. Names carry the dimension when they",
-            "are linked: `pd_grid_build` is `pd_grid_build_2d` with `PD_DIM` 2. How to begin: [embedding](guide.md#6-embedding).", "",
+            "What `pdcorr.h` declares, from its comments, a page for each room of the header. Names carry the dimension",
+            "when they are linked: `pd_grid_build` is `pd_grid_build_2d` with `PD_DIM` 2. How to begin:",
+            "[embedding](guide.md#6-embedding).", "",
             "| room | what | modules |", "|---|---|---|",
         ]
         for room in self.rooms:

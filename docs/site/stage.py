@@ -96,8 +96,7 @@ class Site:
             block = not fenced and line.startswith("    ") and (not out or not out[-1].strip()) and not self.listed(out)
             if block:
                 end = k
-                while end < len(lines) and (lines[end].startswith("    ") or (not lines[end].strip() and end + 1 < len(lines)
-                                                                          and lines[end + 1].startswith("    "))):
+                while end < len(lines) and (lines[end] or "\n".join(lines[end + 1 : end + 2])).startswith("    "):
                     end += 1
                 out += self.block(source, lines[k:end])
                 k = end
@@ -147,8 +146,8 @@ class Site:
     # ---- pages that come from the sources
     def gallery(self) -> str:
         lines = ["# Gallery", "",
-                 "Scenes and programs of `examples/`, with the command that runs each. Pictures are those that a run writes;",
-                 "`sh tools/gallery.sh` draws them again. `pd1d`, `pd2d` and `pd3d` are in `build/` after `make`.", ""]
+                 "Scenes and programs of `examples/`, with the command that runs each. Pictures are those that a run",
+                 "writes; `sh tools/gallery.sh` draws them again. `pd1d`, `pd2d` and `pd3d` are in `build/` after `make`.", ""]
         lines += ["## Scenes", ""]
         listed = set()
         programs = False
@@ -250,8 +249,8 @@ class Site:
             names = sorted(path.name for path in self.copied if path.parent == folder)
             links = "".join(f'<li><a href="{name}">{name}</a></li>' for name in names)
             (files / folder / "index.html").write_text(
-                f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{folder}</title><h1>{folder}</h1><ul>{links}</ul>'
-                "</html>\n", encoding="utf-8")
+                f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{folder}</title><h1>{folder}</h1>'
+                f"<ul>{links}</ul></html>\n", encoding="utf-8")
 
 
 def html(text: str) -> str:
