@@ -158,8 +158,9 @@ class Header:
             target = self.names.get(match.group())
             return f"[`{match.group()}`]({target})" if target else f"`{match.group()}`"
 
-        parts = re.split(r"(\bpd_\w+|\bPD_[A-Z0-9_]+\b)", text)
-        return "".join(name(re.match(".*", p)) if k % 2 else escape(p) for k, p in enumerate(parts))
+        parts = re.split(r"(`[^`]+`|\bpd_\w+|\bPD_[A-Z0-9_]+\b)", text)
+        return "".join(p if p[:1] == "`" else name(re.match(".*", p)) if k % 2 else escape(p)
+                       for k, p in enumerate(parts))
 
     def intro(self, text: str) -> list[str]:
         """The comment of a module: paragraphs, and lines that are set apart as they are."""
@@ -168,7 +169,8 @@ class Header:
     def page(self, room: str) -> str:
         lines = [f"# {room}: {ROOMS[room]}", ""]
         for module, intro, items in self.modules[room]:
-            lines += [f"## {module}", "", *self.intro(re.sub(rf"^{module}: ", "", intro)), ""]
+            intro = re.sub(rf"^{module}: (.)", lambda match: match.group(1).upper(), intro)
+            lines += [f"## {module}", "", *self.intro(intro), ""]
             for comment, declaration in items:
                 name = self.name(declaration)
                 lines += [f"({name})=", f"### `{name}`", ""]
