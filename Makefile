@@ -70,6 +70,14 @@ drivers: $(DRIVERS) ## build these and the programs of the reports
 python: $(foreach k,$(DIMS),$(BUILD)/python/pdcorr/libpdcorr$kd.so) ## build the Python package in build/python
 	cp drivers/python/pdcorr/*.py drivers/python/pdcorr/py.typed $(BUILD)/python/pdcorr
 
+.PHONY: site gallery
+site: $(BUILD)/pd2d ## build the site of docs/ in build/site and check it
+	BUILD=$(BUILD) sh tools/site.sh
+	@echo "$(BUILD)/site/index.html"
+
+gallery: all ## run the scenes of the gallery and of the tutorials and renew their pictures
+	BUILD=$(BUILD) sh tools/gallery.sh
+
 .PHONY: declare
 declare: pdcorr.h ## write the declarations of the Python package; needs pycparser
 	python3 drivers/python/declare.py
@@ -318,6 +326,7 @@ $(SCRIPT_LOGS): $(LOGS)/%.log: tests/%.sh pdcorr.h $(if $(PROGRAMS),$(DIMS:%=$(P
                                $(BUILD)/amalgamate $(BUILD)/lint FORCE
 	@$(call log,env CC='$(CC)' BUILD='$(BUILD)' OMP='$(OMP)' $(if $(PROGRAMS),PROGRAMS='$(PROGRAMS)') sh $<)
 
+$(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so
 $(LOGS)/python.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
 
 # ---- the amalgam under every compiler at hand

@@ -26,7 +26,8 @@ while :; do
     esac
     shift
 done
-[ $# -gt 0 ] || set -- README.md docs/architecture.md docs/crevice.md docs/decisions.md docs/guide.md docs/theory.md
+[ $# -gt 0 ] || set -- README.md docs/architecture.md docs/crevice.md docs/decisions.md docs/guide.md docs/theory.md \
+    docs/paper/paper.md
 docs=${DOCS:-docs} build=${BUILD:-build}
 dir=$(mktemp -d) || exit 1
 trap 'rm -rf "$dir"' EXIT

@@ -4,6 +4,7 @@
 #   programs      folder of pd1d, pd2d and pd3d
 #   dir           a folder of its own, gone in the end; $dir/log: what the last command said
 #   verdict, check, rejects_usage, score   count and report
+#   block         code of a text
 
 root=$PWD
 build=${BUILD:-build}
@@ -43,6 +44,11 @@ rejects_usage() {
     [ $? = 2 ] && [ ! -s "$dir/out" ] && cmp -s "$dir/log" "$dir/wanted"
     said=$?
     verdict "$rejecting $*: expected status 2 and '$(cat "$dir/wanted")'; found" $said
+}
+
+# block PAGE NUMBER LANGUAGE: that block of code of a text.
+block() {
+    awk -v n="$2" -v fence="\`\`\`$3" '$0 == fence { k++; inside = k == n; next } /^```/ { inside = 0 } inside' "$1"
 }
 
 # score: the line that tools/sum.sh adds up. The last command of a script.
