@@ -263,7 +263,7 @@ $$(BUILD)/hard_%_$(1)d: tests/hard/test_%.c $$(wildcard tests/hard/*.h tests/*.h
 	$$(building) $$(CC) $$(DEV_TEST) -DPDI_SPLIT -DPD_DIM=$(1) -Isrc -Itests -Itests/hard $$< $$(OBJECTS_$(1)) \
 	    -o $$@ $$(LIBS)
 
-$$(BUILD)/check/pd$(1)d: drivers/scene.c pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
+$$(BUILD)/check/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) pdcorr.h $$(OBJECTS_$(1)) $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(DEV_TEST) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(OBJECTS_$(1)) -o $$@ $$(LIBS)
 
@@ -285,7 +285,7 @@ $$(BUILD)/lib/pdcorr$(1)d.o: pdcorr.h $$(BUILD)/flags
 	@mkdir -p $$(@D)
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -fPIC -DPD_DIM=$(1) -DPDCORR_IMPLEMENTATION -x c -c $$< -o $$@
 
-$$(BUILD)/pd$(1)d: drivers/scene.c $$(BUILD)/pdcorr$(1)d.o
+$$(BUILD)/pd$(1)d: drivers/scene.c $$(wildcard drivers/*.h) $$(BUILD)/pdcorr$(1)d.o
 	$$(building) $$(CC) $$(CFLAGS) $$(OMP) -DPD_DIM=$(1) -DPDCORR_LINKED -I. $$< $$(BUILD)/pdcorr$(1)d.o -o $$@ $$(LIBS)
 
 $$(BUILD)/%$(1)d: drivers/%.c $$(CASES) $$(BUILD)/pdcorr$(1)d.o
