@@ -225,7 +225,8 @@ function showFields() {
     const choice = $('field'), names = frame.list.map(f => f.name), before = choice.value;
     if ([...choice.options].map(o => o.value).join() !== names.join()) {
         choice.replaceChildren(...frame.list.map(f => new Option(f.label, f.name)));
-        choice.value = names.includes(before) ? before : names.includes('C') ? 'C' : names[0];
+        choice.value = [before, 'C', 'u', 'density'].find(name => names.includes(name)) || names[0];
+        if (choice.value !== before) $('low').value = $('high').value = '';
     }
     requestAnimationFrame(drawField);
 }
@@ -423,10 +424,10 @@ function drawCurve(c, width, height, points, ends, xText, yText) {
 
 function drawPlot() {
     const [c, width, height] = context($('plot')), what = $('curve').value;
-    if (history.length === 0) return;
+    if (history.length === 0 || !(history[0].until > 0)) return;
     const scale = what === 'loss' ? 100 : 1, points = history.filter(at => what !== 'dt' || at.steps > 0).map(at => [at.time, scale * at[what]]);
     if (points.length === 0) return;
-    const until = history[0].until > 0 ? history[0].until : points[points.length - 1][0] || 1, values = points.map(p => p[1]);
+    const until = history[0].until, values = points.map(p => p[1]);
     const unit = until < 300 ? [1, 's'] : until < 7200 ? [60, 'min'] : until < 300000 ? [3600, 'h'] : [86400, 'd'];
     const ends = { x: [0, until / unit[0]], y: [Math.min(0, ...values), Math.max(...values)] };
     drawCurve(c, width, height, points.map(([t, v]) => [t / unit[0], v]), ends, v => `${digits(v)} ${unit[1]}`, v => digits(v, 3));
