@@ -1,7 +1,7 @@
-"""The page of drivers/web in headless Chromium: web.py PAGE REFERENCE FOLDER.
+"""The page of drivers/web in headless Chromium: web.py PAGE REFERENCE FOLDER CHROMIUM CHROMEDRIVER.
 
-REFERENCE holds mg_pin_2d.scene and, in native/, what pd2d has written for it. Screenshots go to FOLDER. Prints a line for
-each failure, and "N passed, N failed" in the end.
+REFERENCE holds mg_pin_2d.scene and, in native/, what pd2d has written for it. Screenshots go to FOLDER. Prints a line
+for each failure, and "N passed, N failed" in the end.
 """
 import csv
 import math
@@ -102,7 +102,7 @@ def loaded(name):
 
 def tables_agree(one, two):
     """Headings alike, numbers close; figures that are rounding alone (a ledger, a flux of nothing) are below 1e-12."""
-    rows = [list(csv.reader(line for line in data.decode().splitlines() if not line.startswith("#"))) for data in (one, two)]
+    rows = [list(csv.reader(line for line in data.decode().splitlines() if line[:1] != "#")) for data in (one, two)]
     if len(rows[0]) != len(rows[1]) or rows[0][0] != rows[1][0]:
         return False
     for column in zip(*(zip(a, b) for a, b in zip(rows[0][1:], rows[1][1:]))):
@@ -159,9 +159,10 @@ def opens():
                   c.value = arguments[0];
                   c.dispatchEvent(new Event('change'))""", str(k))
         check(f"{name} can be read", verdict_is("The scene can be read."))
-    unnamed = script("""return [...document.querySelectorAll('button, a.button, select, input, textarea, canvas[role], pre')]
-        .filter(e => !(e.textContent.trim() || e.getAttribute('aria-label') || (e.labels && e.labels.length)) && e.id !== 'verdict')
-        .map(e => e.id)""")
+    unnamed = script("""
+        const all = document.querySelectorAll('button, a.button, select, input, textarea, canvas[role], pre');
+        const named = e => e.textContent.trim() || e.getAttribute('aria-label') || (e.labels && e.labels.length);
+        return [...all].filter(e => !named(e)).map(e => e.id)""")
     check(f"everything has a name for screen readers, found {unnamed}", not unnamed)
 
 
@@ -198,13 +199,16 @@ def runs(text):
     print(f"the pin: {time.monotonic() - begun:.2f} s in the browser", flush=True)
     check("a field was drawn", "C mol/m3 at" in element("picture").get_attribute("aria-label"))
     check("a curve was drawn", "volume lost" in element("plot").get_attribute("aria-label"))
-    ink = script("""const c = document.getElementById('picture'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-                    return new Set([...new Uint32Array(d.buffer)]).size""")
+    ink = script("""const c = document.getElementById('picture');
+                    const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+                    return new Set(new Uint32Array(pixels.buffer)).size""")
     check("the picture has many colours", ink > 20)
     options = script("return [...document.getElementById('field').options].map(o => o.value)")
     check(f"fields can be chosen, found {options}", {"C", "v", "p", "grain", "rate"} <= set(options))
     picture("light", 1440, 1100)
-    script("document.getElementById('field').value = 'v'; document.getElementById('field').dispatchEvent(new Event('change'))")
+    script("""const f = document.getElementById('field');
+              f.value = 'v';
+              f.dispatchEvent(new Event('change'))""")
     check("another field is shown", "v m/s at" in element("picture").get_attribute("aria-label"))
     element("high").send_keys("0.1")
     check("its colours end where they are told", "to 0.1" in element("picture").get_attribute("aria-label"))
@@ -238,7 +242,9 @@ def downloads():
 
 
 def stops(text):
-    write(text.replace("h = 10 um", "h = 5 um").replace("until = 1 h", "until = 9 h").replace("rtol = 4e-3", "rtol = 1e-4"))
+    for was, becomes in (("h = 10 um", "h = 5 um"), ("until = 1 h", "until = 9 h"), ("rtol = 4e-3", "rtol = 1e-4")):
+        text = text.replace(was, becomes)
+    write(text)
     verdict_is("The scene can be read.")
     element("run").click()
     step = lambda: text_of("steps")
@@ -280,7 +286,8 @@ try:
     downloads()
     stops(scene)
     other_dimensions()
-    asked = script("return performance.getEntriesByType('resource').map(e => e.name).filter(n => !/^(blob|data):/.test(n))")
+    asked = script("return performance.getEntriesByType('resource').map(e => e.name)")
+    asked = [name for name in asked if not name.startswith(("blob:", "data:"))]
     check(f"nothing is loaded from elsewhere, found {asked}", not asked)
     said = [entry for entry in driver.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
     check(f"the console is silent, found {said}", not said)

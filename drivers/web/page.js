@@ -4,20 +4,23 @@
 const $ = id => document.getElementById(id);
 const CHECK_AFTER = 300; // [ms] without a key
 const PAINT = { outside: 0, fluid: 1, solid: 2, wall: 3 }; // pd_kind of the cells
-const ON_METAL = ['grain', 'density', 'damage', 'u', 'mises', 'pressure', 'slip', 'broken', 'xx', 'yy', 'zz', 'xy', 'yz', 'zx'];
+const OF_FLUID = ['kind', 'C', 'v', 'p', 'rate', 'D', 'energy']; // fields; all others are of the metal
+const ALL_OVER = ['density', 'damage']; // fields of the metal that fluid has, too
 
 // ---- what is embedded ----
 
-const scenes = [...document.querySelectorAll('script.scene')].map(s => ({ name: s.dataset.name, group: s.dataset.group, text: s.textContent.replace(/^\n/, '') }));
-const besides = [...document.querySelectorAll('script.beside')].map(s => [s.dataset.name, new TextEncoder().encode(s.textContent.replace(/^\n/, ''))]);
+const embedded = kind => [...document.querySelectorAll(`script.${kind}`)].map(
+    s => ({ name: s.dataset.name, group: s.dataset.group, text: s.textContent.replace(/^\n/, '') }));
+const scenes = embedded('scene');
+const besides = embedded('beside').map(file => [file.name, new TextEncoder().encode(file.text)]); // that scenes read
 const programs = new Map();
 
-// The program of a dimension: gzip in base64.
+// The program of a dimension: gzip in base64. All workers share what has been compiled.
 async function program(dim) {
     if (!programs.has(dim)) {
         const packed = Uint8Array.from(atob($('wasm' + dim).textContent), c => c.charCodeAt(0));
         const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
-        programs.set(dim, await new Response(stream).arrayBuffer());
+        programs.set(dim, WebAssembly.compile(await new Response(stream).arrayBuffer()));
     }
     return programs.get(dim);
 }
@@ -43,7 +46,8 @@ function engine(hear) {
 
 function digits(value, count = 4) {
     if (!Number.isFinite(value)) return '–';
-    return value === 0 ? '0' : Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3 ? value.toExponential(count - 2) : String(+value.toPrecision(count));
+    const size = Math.abs(value), plain = size === 0 || (size < 1e5 && size >= 1e-3);
+    return plain ? String(+value.toPrecision(count)) : value.toExponential(count - 2);
 }
 
 function duration(seconds) {
@@ -53,7 +57,13 @@ function duration(seconds) {
     return seconds < 172800 ? `${digits(seconds / 3600, 4)} h` : `${digits(seconds / 86400, 4)} d`;
 }
 
-const bytesText = count => (count < 1e4 ? `${count} B` : count < 1e6 ? `${Math.round(count / 1e3)} kB` : `${(count / 1e6).toFixed(1)} MB`);
+function bytesText(count) {
+    if (count < 1e4) return `${count} B`;
+    return count < 1e6 ? `${Math.round(count / 1e3)} kB` : `${(count / 1e6).toFixed(1)} MB`;
+}
+
+// "[mol/m3]" of "C [mol/m3]"
+const unitOf = field => (/\[.*\]/.exec(field.label) || [''])[0];
 
 // ---- the scene ----
 
@@ -84,8 +94,8 @@ function scrollLines() {
 function showMessage(message) {
     const at = /^[^:]*:(\d+): (?:column (\d+): )?(.*)$/s.exec(message);
     wrongLine = at ? +at[1] : 0;
-    const text = at ? `Line ${at[1]}${at[2] ? `, column ${at[2]}` : ''}: ${at[3]}` : message || 'The scene can be read.';
-    $('verdict').textContent = text;
+    const place = at ? `Line ${at[1]}${at[2] ? `, column ${at[2]}` : ''}: ` : '';
+    $('verdict').textContent = at ? place + at[3] : message || 'The scene can be read.';
     $('verdict').classList.toggle('bad', message !== '');
     $('verdict').dataset.column = at && at[2] ? at[2] : '1';
     $('mark').hidden = $('bubble').hidden = !at;
@@ -96,7 +106,8 @@ function showMessage(message) {
 
 function goToMessage() {
     if (!wrongLine) return;
-    const lines = editor.value.split('\n'), before = lines.slice(0, wrongLine - 1).join('\n').length + (wrongLine > 1 ? 1 : 0);
+    const lines = editor.value.split('\n');
+    const before = lines.slice(0, wrongLine - 1).reduce((sum, line) => sum + line.length + 1, 0);
     editor.focus();
     editor.setSelectionRange(before + (+$('verdict').dataset.column - 1), before + lines[wrongLine - 1].length);
     editor.scrollTop = Math.max(0, (wrongLine - 4) * parseFloat(getComputedStyle(editor).lineHeight));
@@ -182,6 +193,7 @@ function end(said) {
         showMessage(said.message);
         $('log').textContent += said.message + '\n';
     }
+    if (said.how === 'done') $('progress').value = 1;
     setState(said.how, `${said.how === 'done' ? 'done' : said.how} after ${spent}`);
     $('left').textContent = '–';
 }
@@ -224,6 +236,7 @@ const shown = () => frame && (frame.list.find(f => f.name === $('field').value) 
 function showFields() {
     const choice = $('field'), names = frame.list.map(f => f.name), before = choice.value;
     if ([...choice.options].map(o => o.value).join() !== names.join()) {
+        choice.disabled = false;
         choice.replaceChildren(...frame.list.map(f => new Option(f.label, f.name)));
         choice.value = [before, 'C', 'u', 'density'].find(name => names.includes(name)) || names[0];
         if (choice.value !== before) $('low').value = $('high').value = '';
@@ -234,10 +247,10 @@ function showFields() {
 // What a cell shows: the field, or what stands there (see the pictures of the programs).
 function painted(field, kind, k) {
     if (field.name === 'kind' || !kind) return PAINT.fluid;
-    const at = kind.values[k], metal = ON_METAL.includes(field.name);
+    const at = kind.values[k], metal = !OF_FLUID.includes(field.name);
     if (at === PAINT.wall || at === PAINT.outside) return PAINT.wall;
     if (at === PAINT.solid) return metal ? PAINT.fluid : PAINT.solid;
-    return field.name === 'grain' || metal && !['density', 'damage'].includes(field.name) ? PAINT.outside : PAINT.fluid;
+    return metal && !ALL_OVER.includes(field.name) ? PAINT.outside : PAINT.fluid;
 }
 
 function range(field, kind) {
@@ -272,7 +285,8 @@ function context(canvas) {
 // Axes that the picture shows, with low and high ends [m].
 function sides() {
     const free = [0, 1, 2].filter(d => d < lattice.dim && (lattice.dim < 3 || d !== lattice.axis));
-    return free.map(d => ({ name: 'xyz'[d], low: lattice.low[d], high: lattice.high[d] }));
+    const names = lattice.aroundAxis ? 'xr' : 'xyz';
+    return free.map(d => ({ name: names[d], low: lattice.low[d], high: lattice.high[d] }));
 }
 
 function lengthText(metres) {
@@ -281,10 +295,13 @@ function lengthText(metres) {
         : size < 1 ? `${digits(metres * 1e3)} mm` : `${digits(metres)} m`;
 }
 
+// Around an axis both halves are drawn.
+const isMirrored = () => lattice.aroundAxis && lattice.low[1] <= 0;
+
 // [px] as high as the box is at the width that there is, within reason.
 function pictureHeight() {
     if (lattice.dim === 1) return 260;
-    const [x, y] = sides(), mirrored = lattice.aroundAxis && lattice.low[1] <= 0;
+    const [x, y] = sides(), mirrored = isMirrored();
     const shape = ((mirrored ? 2 : 1) * y.high - (mirrored ? 0 : y.low)) / (x.high - x.low);
     return Math.round(Math.min(460, Math.max(90, shape * $('picture').clientWidth)));
 }
@@ -301,11 +318,11 @@ function drawField() {
         const share = high > low ? (value - low) / (high - low) : 0.5;
         return table[Math.max(0, Math.min(255, Math.round(255 * share)))];
     };
-    document.querySelector('.bar').style.visibility = labels ? 'hidden' : 'visible';
+    document.querySelector('.bar').style.visibility = labels || lattice.dim === 1 ? 'hidden' : 'visible';
     ['low', 'high'].forEach(id => ($(id).disabled = labels));
     if (!labels) {
         $('bar-low').textContent = digits(low, 3);
-        $('bar-high').textContent = `${digits(high, 3)} ${(/\[.*\]/.exec(field.label) || [''])[0]}`;
+        $('bar-high').textContent = `${digits(high, 3)} ${unitOf(field)}`;
         const bar = $('bar').getContext('2d'), line = bar.createImageData(256, 1);
         table.forEach((c, k) => line.data.set([c >> 16, (c >> 8) & 255, c & 255, 255], 4 * k));
         bar.putImageData(line, 0, 0);
@@ -315,29 +332,35 @@ function drawField() {
     if (lattice.dim === 1) drawRow(c, width, height, field, kind, low, high);
     else drawCells(c, width, height, field, kind, colour);
     const name = field.label.replace(/[[\]]/g, ''), time = duration(frame.time);
-    $('picture').setAttribute('aria-label', labels ? `${name} at ${time}` : `${name} at ${time}, from ${digits(low)} to ${digits(high)}`);
+    const span = labels ? '' : `, from ${digits(low)} to ${digits(high)}`;
+    $('picture').setAttribute('aria-label', `${name} at ${time}${span}`);
     if (!$('readout').dataset.held) $('readout').textContent = placeText();
 }
 
 function drawCells(c, width, height, field, kind, colour) {
-    const [x, y] = sides(), mirrored = lattice.aroundAxis && lattice.low[1] <= 0, rows = mirrored ? 2 * field.ny : field.ny;
+    const [x, y] = sides(), mirrored = isMirrored(), rows = mirrored ? 2 * field.ny : field.ny;
     const cells = document.createElement('canvas');
     cells.width = field.nx;
     cells.height = rows;
     const all = cells.getContext('2d'), image = all.createImageData(field.nx, rows);
-    const still = { [PAINT.solid]: cssColour('--solid'), [PAINT.wall]: cssColour('--wall'), [PAINT.outside]: cssColour('--card') };
+    const still = [];
+    still[PAINT.solid] = cssColour('--solid');
+    still[PAINT.wall] = cssColour('--wall');
+    still[PAINT.outside] = cssColour('--card');
     for (let row = 0; row < rows; row++) {
         const up = rows - 1 - row, j = !mirrored ? up : up < field.ny ? field.ny - 1 - up : up - field.ny;
         for (let i = 0; i < field.nx; i++) {
-            const k = j * field.nx + i, paint = painted(field, kind, k), rgb = paint === PAINT.fluid ? colour(field.values[k]) : 0;
-            const parts = paint === PAINT.fluid ? [rgb >> 16, (rgb >> 8) & 255, rgb & 255] : still[paint];
-            image.data.set([...parts, 255], 4 * (row * field.nx + i));
+            const k = j * field.nx + i, at = 4 * (row * field.nx + i), paint = painted(field, kind, k);
+            const rgb = paint === PAINT.fluid ? colour(field.values[k]) : 0;
+            image.data.set(still[paint] || [rgb >> 16, (rgb >> 8) & 255, rgb & 255], at);
+            image.data[at + 3] = 255;
         }
     }
     all.putImageData(image, 0, 0);
     const low = mirrored ? -y.high : y.low, scale = Math.min(width / (x.high - x.low), height / (y.high - low));
     const w = (x.high - x.low) * scale, h = (y.high - low) * scale;
-    placed = { left: (width - w) / 2, top: (height - h) / 2, w, h, low: [x.low, low], high: [x.high, y.high], field, mirrored };
+    placed = { left: (width - w) / 2, top: (height - h) / 2, w, h, mirrored };
+    Object.assign(placed, { low: [x.low, low], high: [x.high, y.high] });
     c.imageSmoothingEnabled = false;
     c.drawImage(cells, placed.left, placed.top, w, h);
 }
@@ -363,11 +386,12 @@ function point(event) {
     const box = $('picture').getBoundingClientRect(), u = (event.clientX - box.left - placed.left) / placed.w;
     const v = 1 - (event.clientY - box.top - placed.top) / placed.h, f = shown();
     if (u < 0 || u >= 1 || v < 0 || v >= 1) return leave();
-    const x = placed.low[0] + u * (placed.high[0] - placed.low[0]), y = placed.low[1] + v * (placed.high[1] - placed.low[1]);
+    const [x, y] = [u, v].map((share, d) => placed.low[d] + share * (placed.high[d] - placed.low[d]));
     const row = placed.mirrored ? Math.floor(Math.abs(2 * v - 1) * f.ny) : Math.floor(v * f.ny);
     const value = f.values[Math.min(row, f.ny - 1) * f.nx + Math.floor(u * f.nx)], [a, b] = sides();
     $('readout').dataset.held = 'yes';
-    $('readout').textContent = `${a.name} = ${lengthText(x)}, ${b.name} = ${lengthText(y)}: ${digits(value)} ${(/\[.*\]/.exec(f.label) || [''])[0]}`;
+    const where = `${a.name} = ${lengthText(x)}, ${b.name} = ${lengthText(y)}`;
+    $('readout').textContent = `${where}: ${digits(value)} ${unitOf(f)}`;
 }
 
 function leave() {
@@ -379,7 +403,8 @@ function leave() {
 
 // Rising round numbers between both ends.
 function ticks(low, high, most) {
-    const raw = (high - low) / most, ten = 10 ** Math.floor(Math.log10(raw)), step = [1, 2, 5, 10].map(k => k * ten).find(k => k >= raw);
+    const raw = (high - low) / most, ten = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map(k => k * ten).find(k => k >= raw);
     const found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
     return found;
@@ -387,10 +412,12 @@ function ticks(low, high, most) {
 
 function drawCurve(c, width, height, points, ends, xText, yText) {
     const style = getComputedStyle(document.documentElement), colour = name => style.getPropertyValue(name).trim();
-    const room = { left: 62, right: 16, top: 10, bottom: 26 }, w = width - room.left - room.right, h = height - room.top - room.bottom;
+    const room = { left: 62, right: 16, top: 10, bottom: 26 };
+    const w = width - room.left - room.right, h = height - room.top - room.bottom;
     let [low, high] = ends.y;
     if (!(high > low)) [low, high] = [low - 0.5 * Math.abs(low || 1), high + 0.5 * Math.abs(high || 1)];
-    const [first, last] = ends.x, x = v => room.left + ((v - first) / (last - first || 1)) * w, y = v => room.top + h - ((v - low) / (high - low)) * h;
+    const [first, last] = ends.x, x = v => room.left + ((v - first) / (last - first || 1)) * w;
+    const y = v => room.top + h - ((v - low) / (high - low)) * h;
     c.font = '12px system-ui, sans-serif';
     c.lineWidth = 1;
     c.fillStyle = colour('--soft');
@@ -425,12 +452,14 @@ function drawCurve(c, width, height, points, ends, xText, yText) {
 function drawPlot() {
     const [c, width, height] = context($('plot')), what = $('curve').value;
     if (history.length === 0 || !(history[0].until > 0)) return;
-    const scale = what === 'loss' ? 100 : 1, points = history.filter(at => what !== 'dt' || at.steps > 0).map(at => [at.time, scale * at[what]]);
+    const scale = what === 'loss' ? 100 : 1, shows = history.filter(at => what !== 'dt' || at.steps > 0);
+    const points = shows.map(at => [at.time, scale * at[what]]);
     if (points.length === 0) return;
     const until = history[0].until, values = points.map(p => p[1]);
     const unit = until < 300 ? [1, 's'] : until < 7200 ? [60, 'min'] : until < 300000 ? [3600, 'h'] : [86400, 'd'];
     const ends = { x: [0, until / unit[0]], y: [Math.min(0, ...values), Math.max(...values)] };
-    drawCurve(c, width, height, points.map(([t, v]) => [t / unit[0], v]), ends, v => `${digits(v)} ${unit[1]}`, v => digits(v, 3));
+    const inUnit = points.map(([t, v]) => [t / unit[0], v]);
+    drawCurve(c, width, height, inUnit, ends, v => `${digits(v)} ${unit[1]}`, v => digits(v, 3));
     const last = history[history.length - 1], name = $('curve').selectedOptions[0].textContent;
     $('plot').setAttribute('aria-label', `${name}: ${digits(scale * last[what])} at ${duration(last.time)}`);
 }
@@ -449,14 +478,15 @@ function link(name) {
 
 function showFiles() {
     const sum = [...files.values()].reduce((all, bytes) => all + bytes.length, 0), none = files.size === 0;
-    $('files-note').textContent = none ? 'A run writes VTI for ParaView, PNG and CSV.' : `${files.size} files, ${bytesText(sum)}`;
+    const what = none ? 'A run writes VTI for ParaView, PNG and CSV.' : `${files.size} files, ${bytesText(sum)}`;
+    $('files-note').textContent = what;
     $('zip').classList.toggle('off', none);
     $('zip').setAttribute('aria-disabled', String(none));
     if (none) $('zip').removeAttribute('href');
     else $('zip').href = '#';
     const names = [...files.keys()].sort((a, b) => a.localeCompare(b, 'en', { numeric: true }));
     $('files').replaceChildren(...names.map(name => {
-        const item = document.createElement('li'), a = document.createElement('a'), size = document.createElement('span');
+        const [item, a, size] = ['li', 'a', 'span'].map(tag => document.createElement(tag));
         a.textContent = name;
         a.href = '#';
         a.dataset.name = name;
@@ -493,8 +523,10 @@ function dark(is) {
 function begin() {
     const groups = new Map();
     scenes.forEach((scene, k) => {
-        if (!groups.has(scene.group)) groups.set(scene.group, Object.assign(document.createElement('optgroup'), { label: scene.group }));
-        groups.get(scene.group).append(new Option(scene.name.replace(/\.scene$/, ''), k));
+        const group = groups.get(scene.group) || document.createElement('optgroup');
+        group.label = scene.group;
+        groups.set(scene.group, group);
+        group.append(new Option(scene.name.replace(/\.scene$/, ''), k));
     });
     $('choice').append(...groups.values());
     $('choice').onchange = () => choose(+$('choice').value);

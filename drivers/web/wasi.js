@@ -2,7 +2,7 @@
 //
 //   const files = new Files();
 //   const wasi = new Wasi(files, line => console.log(line));
-//   const { instance } = await WebAssembly.instantiate(bytes, { ...wasi.imports });
+//   const instance = await WebAssembly.instantiate(module, wasi.imports);
 //   wasi.begin(instance);
 'use strict';
 
@@ -61,7 +61,9 @@ class Files {
 
 class WasiExit extends Error {}
 
-const WASI_ERROR = { done: 0, badFile: 8, exists: 20, invalid: 28, isFolder: 31, missing: 44, noSystem: 52, noFolder: 54 };
+const WASI_ERROR = {
+    done: 0, badFile: 8, exists: 20, invalid: 28, isFolder: 31, missing: 44, noSystem: 52, noFolder: 54,
+};
 const WASI_TYPE = { device: 2, folder: 3, file: 4 };
 const WASI_ROOT = 3; // descriptor of the folder that all paths begin at
 
@@ -102,7 +104,7 @@ class Wasi {
     pieces(list, count, use) {
         let sum = 0;
         for (let k = 0; k < count; k++) {
-            const at = this.view().getUint32(list + 8 * k, true), length = this.view().getUint32(list + 8 * k + 4, true);
+            const [at, length] = [0, 4].map(offset => this.view().getUint32(list + 8 * k + offset, true));
             const used = use(at, length);
             sum += used;
             if (used < length) break;
@@ -129,6 +131,7 @@ class Wasi {
 
     functions() {
         const E = WASI_ERROR, files = this.files;
+        const above = path => path.split('/').slice(0, -1).join('/');
         const file = (fd, use) => (this.open.has(fd) ? use(this.open.get(fd)) : E.badFile);
         const known = {
             environ_sizes_get: (count, size) => {
@@ -205,7 +208,7 @@ class Wasi {
                 const path = this.path(from, length), create = flags & 1, fresh = flags & 8;
                 if (files.folders.has(path)) return E.isFolder;
                 if (!files.list.has(path) && !create) return E.missing;
-                if (!files.list.has(path) && !files.folders.has(path.split('/').slice(0, -1).join('/'))) return E.missing;
+                if (!files.folders.has(above(path))) return E.missing;
                 if (files.list.has(path) && create && flags & 4) return E.exists;
                 const opened = files.list.get(path) || files.make(path);
                 if (fresh) {
@@ -225,7 +228,7 @@ class Wasi {
             path_create_directory: (fd, from, length) => {
                 const path = this.path(from, length);
                 if (files.folders.has(path) || files.list.has(path)) return E.exists;
-                if (!files.folders.has(path.split('/').slice(0, -1).join('/'))) return E.missing;
+                if (!files.folders.has(above(path))) return E.missing;
                 files.makeFolder(path);
                 return E.done;
             },

@@ -73,18 +73,20 @@ int web_check(const char *name, const char *text)
     return status < 0 ? status : 0;
 }
 
+/* The colours of pictures. */
 static pd_map web_map(const char *name)
 {
     if (strcmp(name, "kind") == 0 || strcmp(name, "grain") == 0) return PD_MAP_LABELS;
-    if (strcmp(name, "p") == 0 || strcmp(name, "pressure") == 0 || strlen(name) == 2) return PD_MAP_DIVERGING;
+    if (strcmp(name, "p") == 0 || strncmp(name, "sigma", 5) == 0) return PD_MAP_DIVERGING;
     return PD_MAP_SEQUENTIAL;
 }
 
 static void web_fields(pd_ctx *ctx, const pd_instant *at)
 {
-    static const char *const names[] = {"kind",   "C",     "v",        "p",    "rate",   "density", "damage", "grain",
-                                        "D",      "u",     "mises",    "pressure", "slip", "broken", "xx",    "yy",
-                                        "zz",     "xy",    "yz",       "zx"};
+    static const char *const names[] = {"kind",     "C",        "v",        "p",        "rate",     "density",
+                                        "damage",   "grain",    "D",        "energy",   "u",        "mises",
+                                        "sigma_h",  "eps_p",    "broken",   "strain_energy",
+                                        "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
         pd_view view;
         if (pd_instant_field(ctx, at, names[k], &view) < 0) continue; /* the scene has none */

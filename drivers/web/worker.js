@@ -1,6 +1,6 @@
 // worker: checks and runs scenes. Behind wasi.js in one script.
 //
-//   page -> worker  { act: 'check' | 'run' | 'pause' | 'go' | 'stop', dim, wasm, name, text, files }
+//   page -> worker  { act: 'check' | 'run' | 'pause' | 'go' | 'stop', dim, wasm, name, text, files }; wasm: a module
 //   worker -> page  { is: 'checked' | 'began' | 'box' | 'instant' | 'fields' | 'line' | 'files' | 'end', ... }
 'use strict';
 
@@ -11,6 +11,7 @@ const SLICE = 300; // [ms] a run hears the page at least so often, as far as ste
 const BUILD_SHARE = 12; // a slice is longer than its building so many times
 const SHOW_EVERY = 150; // [ms] between fields
 const FOLDER = 'run';
+const OWN = /\.part$|^checkpoint\.bin$|^pdcorr\.lock$/; // files that are not for the user
 
 const files = new Files();
 const engines = new Map(); // of the dimensions
@@ -21,11 +22,11 @@ class Engine {
         const wasi = new Wasi(files, line => postMessage({ is: 'line', kind: 1, text: line }));
         const page = {
             print: (kind, text) => run.lines.push({ is: 'line', kind, text: this.text(text) }),
-            box: (dim, cells, low, high, around, axis, slice) => run.box(this, dim, cells, low, high, around, axis, slice),
+            box: (...lattice) => run.box(this, ...lattice),
             instant: (...figures) => run.instant(...figures),
             field: (...field) => run.field(this, ...field),
         };
-        const { instance } = await WebAssembly.instantiate(wasm, { ...wasi.imports, page });
+        const instance = await WebAssembly.instantiate(wasm, { ...wasi.imports, page });
         this.out = instance.exports;
         wasi.begin(instance);
     }
@@ -81,8 +82,10 @@ class Run {
 
     box(of, dim, cells, low, high, aroundAxis, axis, slice) {
         const numbers = at => [...new Float64Array(of.out.memory.buffer, at, dim)];
-        this.lattice = { dim, cells: [...new Int32Array(of.out.memory.buffer, cells, dim)], low: numbers(low), high: numbers(high),
-                         aroundAxis: aroundAxis !== 0, axis, slice };
+        this.lattice = {
+            dim, cells: [...new Int32Array(of.out.memory.buffer, cells, dim)], low: numbers(low), high: numbers(high),
+            aroundAxis: aroundAxis !== 0, axis, slice,
+        };
         if (!this.told) postMessage({ is: 'box', ...this.lattice });
         this.told = true;
     }
@@ -96,7 +99,8 @@ class Run {
             return 0;
         }
         if (when === WHEN.start) this.stepped = now;
-        if (when !== WHEN.end) postMessage({ is: 'instant', time, dt, until, steps, loss, speed, concentration, imbalance });
+        const figures = { time, dt, until, steps, loss, speed, concentration, imbalance };
+        if (when !== WHEN.end) postMessage({ is: 'instant', ...figures });
         const ends = when === WHEN.step && (this.state === 'stops' || now - this.stepped > this.slice);
         const last = when === WHEN.end && (time >= until || this.state === 'stops');
         const shows = when === WHEN.start || last || (when === WHEN.step && now - this.shown > SHOW_EVERY);
@@ -112,11 +116,12 @@ class Run {
     field(of, name, label, data, components, map) {
         const { dim, cells, axis, slice } = this.lattice, all = cells.reduce((a, b) => a * b, 1);
         const from = new Float64Array(of.out.memory.buffer, data, components * all);
-        const stride = [1, cells[0], dim > 1 ? cells[0] * cells[1] : 1], free = [0, 1, 2].filter(d => d < dim && (dim < 3 || d !== axis));
-        const nx = cells[free[0]], ny = free.length > 1 ? cells[free[1]] : 1, values = new Float32Array(nx * ny);
+        const stride = [1, cells[0], cells[0] * (cells[1] || 1)];
+        const [right, up] = [0, 1, 2].filter(d => d < dim && (dim < 3 || d !== axis));
+        const nx = cells[right], ny = dim > 1 ? cells[up] : 1, values = new Float32Array(nx * ny);
         for (let j = 0; j < ny; j++)
             for (let i = 0; i < nx; i++) {
-                const at = i * stride[free[0]] + (free.length > 1 ? j * stride[free[1]] : 0) + (dim === 3 ? slice * stride[axis] : 0);
+                const at = i * stride[right] + (dim > 1 ? j * stride[up] : 0) + (dim > 2 ? slice * stride[axis] : 0);
                 let sum = 0;
                 for (let c = 0; c < components; c++) sum += from[at + c * all] ** 2;
                 values[j * nx + i] = components > 1 ? Math.sqrt(sum) : from[at];
@@ -129,7 +134,7 @@ class Run {
         this.flushed = performance.now();
         if (this.fields) postMessage({ is: 'fields', time: this.fieldTime, list: this.fields });
         this.fields = null;
-        const changes = files.changes(FOLDER).filter(([name]) => !/\.part$|^checkpoint\.bin$|^pdcorr\.lock$/.test(name));
+        const changes = files.changes(FOLDER).filter(([name]) => !OWN.test(name));
         if (changes.length) postMessage({ is: 'files', changes });
     }
 
@@ -181,4 +186,6 @@ async function act(task) {
     }
 }
 
-onmessage = event => act(event.data).catch(error => postMessage({ is: 'end', how: 'failed', message: String(error.message || error) }));
+onmessage = event => act(event.data).catch(error => {
+    postMessage({ is: 'end', how: 'failed', message: String(error.message || error) });
+});

@@ -39,6 +39,7 @@ function zip(files) {
         at += head.length + path.length + bytes.length;
         listed += entry.length + path.length;
     }
-    const end = zipRecord([4, 0x06054b50], [2, 0], [2, 0], [2, files.size], [2, files.size], [4, listed], [4, at], [2, 0]);
+    const count = [2, files.size];
+    const end = zipRecord([4, 0x06054b50], [2, 0], [2, 0], count, count, [4, listed], [4, at], [2, 0]);
     return new Blob([...parts, ...central, end], { type: 'application/zip' });
 }
