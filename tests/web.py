@@ -81,6 +81,10 @@ def write(text):
               e.dispatchEvent(new Event('input'))""", text)
 
 
+def shows(name, part):
+    return wait(lambda: part in element(name).get_attribute("aria-label"), 10.0)
+
+
 def verdict_is(part):
     return wait(lambda: part in text_of("verdict"), 30.0)
 
@@ -197,8 +201,8 @@ def runs(text):
     begun = time.monotonic()
     check("the pin runs, started by keys", ended() == "done")
     print(f"the pin: {time.monotonic() - begun:.2f} s in the browser", flush=True)
-    check("a field was drawn", "C mol/m3 at" in element("picture").get_attribute("aria-label"))
-    check("a curve was drawn", "volume lost" in element("plot").get_attribute("aria-label"))
+    check("a field was drawn", shows("picture", "C mol/m3 at"))
+    check("a curve was drawn", shows("plot", "volume lost"))
     ink = script("""const c = document.getElementById('picture');
                     const pixels = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
                     return new Set(new Uint32Array(pixels.buffer)).size""")
@@ -209,9 +213,9 @@ def runs(text):
     script("""const f = document.getElementById('field');
               f.value = 'v';
               f.dispatchEvent(new Event('change'))""")
-    check("another field is shown", "v m/s at" in element("picture").get_attribute("aria-label"))
+    check("another field is shown", shows("picture", "v m/s at"))
     element("high").send_keys("0.1")
-    check("its colours end where they are told", "to 0.1" in element("picture").get_attribute("aria-label"))
+    check("its colours end where they are told", shows("picture", "to 0.1"))
     element("theme").click()
     picture("dark", 1440, 1100)
     picture("phone", 390, 2300)

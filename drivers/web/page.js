@@ -226,7 +226,7 @@ function showInstant(at) {
     $('loss').textContent = `${digits(100 * at.loss)} %`;
     $('imbalance').textContent = digits(at.imbalance, 3);
     $('left').textContent = share > 0 && share < 1 ? duration((spent * (1 - share)) / share) : '–';
-    requestAnimationFrame(drawPlot);
+    soon(drawPlot);
 }
 
 // ---- the field ----
@@ -241,7 +241,7 @@ function showFields() {
         choice.value = [before, 'C', 'u', 'density'].find(name => names.includes(name)) || names[0];
         if (choice.value !== before) $('low').value = $('high').value = '';
     }
-    requestAnimationFrame(drawField);
+    soon(drawField);
 }
 
 // What a cell shows: the field, or what stands there (see the pictures of the programs).
@@ -270,6 +270,18 @@ function range(field, kind) {
 function cssColour(name) {
     const hex = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
     return [1, 3, 5].map(k => parseInt(hex.slice(k, k + 2), 16));
+}
+
+const waiting = new Set();
+
+// Draws before the screen is painted next, once for all that have asked.
+function soon(draw) {
+    if (waiting.has(draw)) return;
+    waiting.add(draw);
+    requestAnimationFrame(() => {
+        waiting.delete(draw);
+        draw();
+    });
 }
 
 // A canvas with as many pixels as the screen has there.
@@ -514,10 +526,8 @@ function downloadAll() {
 
 function dark(is) {
     document.documentElement.classList.toggle('dark', is);
-    requestAnimationFrame(() => {
-        drawField();
-        drawPlot();
-    });
+    soon(drawField);
+    soon(drawPlot);
 }
 
 function begin() {
@@ -563,8 +573,8 @@ function begin() {
     prefers.onchange = () => dark(prefers.matches);
     $('theme').onclick = () => dark(!document.documentElement.classList.contains('dark'));
     window.onresize = () => {
-        drawField();
-        drawPlot();
+        soon(drawField);
+        soon(drawPlot);
     };
     dark(prefers.matches);
     setState('ready');

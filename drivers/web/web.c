@@ -29,6 +29,9 @@ WEB_IMPORT(instant) int page_instant(int when, double time, double dt, double un
 /* A field [components][cells] of the instant before; map: pd_map. Data stay until the call returns. */
 WEB_IMPORT(field) void page_field(const char *name, const char *label, const double *data, int components, int map);
 
+/* Those were all fields of the instant. */
+WEB_IMPORT(shown) void page_shown(void);
+
 static pd_ctx web_ctx;
 static uint32_t web_table[PDI_COLOUR_COUNT];
 
@@ -92,6 +95,7 @@ static void web_fields(pd_ctx *ctx, const pd_instant *at)
         if (pd_instant_field(ctx, at, names[k], &view) < 0) continue; /* the scene has none */
         page_field(names[k], view.label, view.data, view.components, web_map(names[k]));
     }
+    page_shown();
 }
 
 static void web_box(const pd_model *model)

@@ -25,6 +25,7 @@ class Engine {
             box: (...lattice) => run.box(this, ...lattice),
             instant: (...figures) => run.instant(...figures),
             field: (...field) => run.field(this, ...field),
+            shown: () => postMessage({ is: 'fields', time: run.fieldTime, list: run.fields }),
         };
         const instance = await WebAssembly.instantiate(wasm, { ...wasi.imports, page });
         this.out = instance.exports;
@@ -103,7 +104,7 @@ class Run {
         if (when !== WHEN.end) postMessage({ is: 'instant', ...figures });
         const ends = when === WHEN.step && (this.state === 'stops' || now - this.stepped > this.slice);
         const last = when === WHEN.end && (time >= until || this.state === 'stops');
-        const shows = when === WHEN.start || last || (when === WHEN.step && now - this.shown > SHOW_EVERY);
+        const shows = when === WHEN.start || last || (when === WHEN.step && (ends || now - this.shown > SHOW_EVERY));
         if (shows) {
             this.shown = now;
             this.fields = [];
@@ -129,11 +130,9 @@ class Run {
         this.fields.push({ name: of.text(name), label: of.text(label), map, nx, ny, values });
     }
 
-    // What has come up since the last time, to the page.
+    // Files that are new since the last time, to the page.
     flush() {
         this.flushed = performance.now();
-        if (this.fields) postMessage({ is: 'fields', time: this.fieldTime, list: this.fields });
-        this.fields = null;
         const changes = files.changes(FOLDER).filter(([name]) => !OWN.test(name));
         if (changes.length) postMessage({ is: 'files', changes });
     }
