@@ -15977,7 +15977,7 @@ static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *
         h[i + 1] = cs[i] * h[i + 1] + back * h[i];
         h[i] = t;
     }
-    double radius = hypot(h[j], h[j + 1]);
+    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
     cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
     sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
     h[j] = radius;
@@ -20801,7 +20801,8 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     }
     pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
     pdi_steady_report(ctx, s, result);
-    return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
+    double continuity = pdi_par_dot(ctx, total, r + split, r + split);
+    return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
 }
 
 /* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them
