@@ -42,7 +42,7 @@ verdict "pd2d runs a template"
 figure() { tr ' ' '\n' < "$1" | sed -n 's/^volume_loss=//p'; }
 figure "$dir/native" > "$dir/a"
 figure "$dir/wasi" > "$dir/b"
-paste "$dir/a" "$dir/b" | awk '{ d = $1 - $2; found++; wrong = wrong || d > 1e-9 || d < -1e-9 }
+paste "$dir/a" "$dir/b" | awk '{ d = $1 - $2; found++; wrong = wrong || d > 1e-12 || d < -1e-12 }
     END { exit !(found == 1 && !wrong) }'
 verdict "pd2d: the loss of the native program"
 score
