@@ -9,7 +9,11 @@ for tool in chromium chromedriver; do command -v $tool > /dev/null || skip_all "
 $python -c 'import selenium' 2> /dev/null || skip_all "selenium for Python is not installed"
 
 ${MAKE:-make} --no-print-directory BUILD="$build" "$build/web/index.html" > "$dir/log" 2>&1
-verdict "the page is built" || exit 1
+verdict "the page is built"
+if [ "$failed" != 0 ]; then
+    score
+    exit 1
+fi
 for dim in 1 2 3; do
     size=$(wc -c < "$build/web/pdcorr${dim}d.wasm")
     check "pdcorr${dim}d.wasm: $size bytes, expected less than a million" test "$size" -lt 1000000
