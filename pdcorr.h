@@ -196,10 +196,12 @@
  *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *     sample     values of the fields of a model at nodes and at points.
+ *     view       output fields by name over the cells of the box, for programs that look at a model while it runs.
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *     summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
  *     monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
  *     figures    the last values of all that a run watches, in one list: the volume loss, planes, forces, transfers, totals,
+ *     instant    a run as its observer sees it: time, step, losses, fields by name, watched figures.
  *     compare    a run against the measured points of its scene: what it computes at their times, differences, plots.
  *     run        runs a setup from its first flow solve to its end: output files, diagnostics, pictures, summary, result.
  *     sim        a scene step by step, for programs that look at its fields or hand them on while it runs. Writes no files.
@@ -5604,6 +5606,7 @@ typedef struct pd_rate_at {
     double c;         /* [mol/m3] dissolved concentration */
     double t;         /* [s] */
     double x[PD_DIM]; /* [m] node of the fluid beside the metal */
+    int32_t grain;    /* of the metal nearest to that node; -1: it has none, or none is known */
 } pd_rate_at;
 
 /* Recession speed [m/s] there. */
@@ -5926,6 +5929,7 @@ typedef struct pd_dissolve_desc {
     const pd_metal *more; /* [more_count] other metals, whose amounts add up in the fluid; copied */
     int more_count;       /* at most 7 */
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
+    const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     pd_metal_model model;
     /* ---- bonds: */
@@ -7369,7 +7373,7 @@ PD_API pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, con
 #define PD_PROGRESS_H
 
 #ifdef PDI_INTERNAL
-/* line[size] = "dissolve [#########.................]  36.1 %  2 min 05 s, 3 min 41 s left". fraction in 0..1 (clamped;
+/* line[size] = "dissolve [####........]  36.1 %  2 min 05 s, 3 min 41 s left". fraction in 0..1 (clamped;
  * NaN counts as 0), elapsed [s]. The time left assumes that work goes on at the mean rate; below 0.1 % or 1 s no
  * figure is given. Always ended by 0, cut when size is too small. */
 PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size);
@@ -8125,7 +8129,7 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 /* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
  *
  *   key      value                                      variables
- *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m]
+ *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m], grain: its number, a whole one
  *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
  *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
@@ -8154,8 +8158,9 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-/* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
-#define PDI_SETUP_LAW (PD_DIM + 2)
+/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. */
+#define PDI_SETUP_LAW (PD_DIM + 3)
+#define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
@@ -8806,6 +8811,36 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 
 #endif
 
+/* ======== >>run/view.h ======== */
+/* view: output fields by name over the cells of the box, for programs that look at a model while it runs. */
+#ifndef PD_VIEW_H
+#define PD_VIEW_H
+
+/* A field over the cells of the box, without ghosts: component d of cell i, j, k stands at
+ * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
+typedef struct pd_view {
+    const double *data; /* [components][cells] [unit of the label] */
+    const char *label;  /* "C [mol/m3]" */
+    int components;     /* PD_DIM of v, else 1 */
+    int n[PD_DIM];      /* cells */
+    int64_t stride[PD_DIM], part;
+} pd_view;
+
+/* The values of the fields that were asked for. Zero-initialise. */
+typedef struct pd_views {
+    int64_t cells;                 /* of the box */
+    double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] */
+} pd_views;
+
+#ifdef PDI_INTERNAL
+/* The field as it is now; its values stay in place until it is asked for again. PD_ERR_ARGUMENT: no such field, or the
+ * scene has none. */
+PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view);
+PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
+#endif
+
+#endif
+
 /* ======== >>run/output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
@@ -8813,6 +8848,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
  *   volume_loss.png                         at the end
+ *   latest_C.png                            `live`: the last picture
  *
  * Everything is written aside and renamed; the tables grow row by row.
  */
@@ -8825,6 +8861,8 @@ typedef struct pd_output {
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
+    int live;                 /* 1: the last picture of each field is there under a name of its own, too */
+    unsigned latest;          /* bit k: pd_field k has it */
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
@@ -8962,10 +9000,62 @@ typedef struct pd_figures {
 #define pd_figures_free PD_NAME(pd_figures_free)
 
 #ifdef PDI_INTERNAL
-/* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
-PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+/* Append the present figures; the monitors hold those of the last step. all: 1: with the fields of single cells at
+ * probes, too. Zero-initialise `figures`. */
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
+                                     pd_figures *figures);
 #endif
 PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
+
+#endif
+
+/* ======== >>run/instant.h ======== */
+/* instant: a run as its observer sees it: time, step, losses, fields by name, watched figures.
+ *
+ *   static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
+ *   {
+ *       pd_view c;
+ *       if (pd_instant_field(ctx, at, "C", &c) < 0) return 1;
+ *       printf("%g s: %g\n", at->time, c.data[0]);
+ *       return at->observables->volume_loss > 0.5;
+ *   }
+ */
+#ifndef PD_INSTANT_H
+#define PD_INSTANT_H
+
+typedef enum pd_when {
+    PD_WHEN_START = 0, /* before the first step, of a run that goes on before its next one */
+    PD_WHEN_STEP,      /* a step is done, its rows are in the tables; pictures and fields of this instant follow */
+    PD_WHEN_END        /* the last step is done and all files are complete */
+} pd_when;
+
+/* All of it is there until the observer returns, and only to be read. */
+typedef struct pd_instant {
+    pd_when when;
+    const char *name;     /* of the scene */
+    const char *folder;   /* of the files; NULL: none are written */
+    double time, dt;      /* [s] dt: of the last step, 0 before the first */
+    double until;         /* [s] end of the run */
+    int64_t steps;
+    const pd_observables *observables;
+    const pd_model *model;
+    pd_model *own;        /* the same; ghosts and what is known on demand alone are filled in it */
+    const pd_monitors *monitors;
+    pd_views *views;
+} pd_instant;
+
+/* Not 0: the run ends here. The files are complete up to this instant, a checkpoint is kept where there are some, and
+ * pd_run_result.stopped says so. */
+typedef int (*pd_instant_fn)(void *user, pd_ctx *ctx, const pd_instant *at);
+
+#define pd_instant_field PD_NAME(pd_instant_field)
+#define pd_instant_figures PD_NAME(pd_instant_figures)
+
+/* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
+PD_API pd_status pd_instant_field(pd_ctx *ctx, const pd_instant *at, const char *name, pd_view *view);
+/* All that the run watches, with every field of the probes; the same list at each instant of a run. Zero-initialise
+ * `figures` once: it is filled anew at each call, for pd_figures_free in the end. */
+PD_API pd_status pd_instant_figures(pd_ctx *ctx, const pd_instant *at, pd_figures *figures);
 
 #endif
 
@@ -9059,6 +9149,11 @@ typedef struct pd_run_desc {
                               * function of the context is asked within steps, a few times a second: then the run ends
                               * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
     void *stop_user;
+    pd_instant_fn observe;   /* called at the start, after every step and at the end, see instant.h; may stop the run.
+                              * NULL: none */
+    void *observe_user;
+    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, whole at any
+                              * moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
@@ -9070,7 +9165,7 @@ typedef struct pd_run_desc {
 typedef struct pd_run_result {
     char name[PD_SETUP_NAME];
     int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
-    int stopped;          /* by desc.stop */
+    int stopped;          /* by desc.stop, desc.observe or the poll function of the context */
     double time;          /* [s] reached */
     double h;             /* [m] along x */
     double m;             /* [-] */
@@ -9112,16 +9207,6 @@ PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line);
 #ifndef PD_SIM_H
 #define PD_SIM_H
 
-/* A field over the cells of the box, without ghosts: component d of cell i, j, k stands at
- * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
-typedef struct pd_view {
-    const double *data; /* [components][cells] [unit of the label] */
-    const char *label;  /* "C [mol/m3]" */
-    int components;     /* PD_DIM of v, else 1 */
-    int n[PD_DIM];      /* cells */
-    int64_t stride[PD_DIM], part;
-} pd_view;
-
 /* Objects of the model point at each other: an open one must not be moved. */
 typedef struct pd_sim {
     pd_setup setup;
@@ -9129,8 +9214,7 @@ typedef struct pd_sim {
     double time;  /* [s] */
     double until; /* [s] that the scene asks for; steps may go on beyond it */
     int64_t steps;
-    int64_t cells;                /* of the box */
-    double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] those that were asked for */
+    pd_views views;
 } pd_sim;
 
 #define pd_sim_open PD_NAME(pd_sim_open)
@@ -15907,7 +15991,7 @@ static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *
         h[i + 1] = cs[i] * h[i + 1] + back * h[i];
         h[i] = t;
     }
-    double radius = hypot(h[j], h[j + 1]);
+    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
     cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
     sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
     h[j] = radius;
@@ -20832,7 +20916,8 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     }
     pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
     pdi_steady_report(ctx, s, result);
-    return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
+    double continuity = pdi_par_dot(ctx, total, r + split, r + split);
+    return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
 }
 
 /* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them
@@ -36530,6 +36615,24 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = *part * portion->stock / portion->weight;
 }
 
+/* Grain of the metal node within a bond that is nearest to fluid node i; of several at one distance, the first by bond.
+ */
+static int32_t pdi_interface_grain(const pd_dissolve *d, int32_t i)
+{
+    const pd_stencil *s = d->paths.stencil;
+    int32_t grain = -1;
+    double nearest = HUGE_VAL;
+    for (int k = 0; k < s->count && d->desc.grain; k++) {
+        double way = pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!(way < nearest)) continue;
+        int32_t j = pdi_entry_far(&d->paths, i, k);
+        if (j < 0 || d->grid->kind[j] != PD_SOLID) continue;
+        nearest = way;
+        grain = d->desc.grain[j];
+    }
+    return grain;
+}
+
 PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
 {
     const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
@@ -36553,6 +36656,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
+    law->at.grain = pdi_interface_grain(d, beside->node);
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
 
@@ -44748,7 +44852,7 @@ pd_status pd_facets_read(pd_ctx *ctx, const char *path, double scale, const doub
 /* progress: see progress.h */
 #include <stdio.h>
 
-#define PDI_PROGRESS_BAR 26 /* characters */
+#define PDI_PROGRESS_BAR 12 /* characters */
 
 PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
 {
@@ -47944,7 +48048,13 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #endif
                                                 {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
-                                                   {"y", "m", 0.0}, {"z", "m", 0.0}};
+#if PD_DIM > 1
+                                                   {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                   {"z", "m", 0.0},
+#endif
+                                                   {"grain", "", 0.0}};
 
 static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
                                                     {"x", "m", 0.0},
@@ -48059,6 +48169,8 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
     if (strcmp(key, "rate") == 0) {
         if (!u->has_dissolve || u->metals != 1)
             return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
+        if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
+            return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
         u->metal[0].rate_scale = 1.0;
         expr = &u->metal[0].rate;
     } else if (strcmp(key, "initial") == 0) {
@@ -49669,6 +49781,9 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 {
     double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
+    if ((metal->rate.uses >> PDI_SETUP_GRAIN & 1u) && !s->setup->has_grains)
+        return pdi_text_refuse(s->ctx, s->text, section, key,
+                              "found the variable grain, expected grains = SIZE in a solid [shape ...]");
     if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
@@ -49679,7 +49794,7 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
+/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z and grain. */
 static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
                                      pd_setup_metal *metal)
 {
@@ -52783,6 +52898,7 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
+    vars[PDI_SETUP_GRAIN] = at->grain;
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -52861,6 +52977,8 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
+    for (int k = 0; k < u->metals; k++)
+        if (u->metal[k].rate.uses >> PDI_SETUP_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
@@ -53632,6 +53750,62 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #pragma GCC optimize ("Og")
 #endif
 
+/* ======== >>run/view.c ======== */
+/* view: see view.h */
+#include <string.h>
+
+static int pdi_view_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
+
+static void pdi_view_fill(const pd_model *m, pd_field field, int64_t cells, double *out)
+{
+    const pd_grid *g = &m->grid;
+    const double *v = field == PD_FIELD_V ? pdi_model_velocity(m) : NULL;
+    int at[PD_DIM];
+    memset(at, 0, sizeof at);
+    for (int64_t cell = 0; cell < cells; cell++) {
+        int32_t i = pd_grid_node(g, at);
+        if (!v) out[cell] = pdi_sample_node(m, field, i);
+        for (int d = 0; d < PD_DIM && v; d++)
+            out[d * cells + cell] = g->kind[i] == PD_FLUID ? v[(int64_t)d * g->total + i] : 0.0;
+        for (int d = 0; d < PD_DIM && ++at[d] == g->n[d]; d++) at[d] = 0;
+    }
+}
+
+PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
+{
+    const pd_grid *g = &model->grid;
+    int field = 0;
+    memset(view, 0, sizeof *view);
+    while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name((pd_field)field), name) != 0) field++;
+    if (field == PD_FIELD_COUNT)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
+                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density or damage",
+                        name);
+    const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
+    if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
+    views->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
+    if (!views->field[field])
+        PDI_TRY(PDI_NEW(ctx, "view", pdi_view_components(field) * views->cells, views->field[field]));
+    pdi_sample_prepare(ctx, model, 1u << field);
+    pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
+    view->data = views->field[field];
+    view->label = pdi_sample_label((pd_field)field);
+    view->components = pdi_view_components(field);
+    view->part = views->cells;
+    for (int d = 0; d < PD_DIM; d++) {
+        view->n[d] = g->n[d];
+        view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, pdi_view_components(k) * views->cells, views->field[k]);
+    memset(views, 0, sizeof *views);
+}
+
 /* ======== >>run/output.c ======== */
 /* output: see output.h */
 #include <math.h>
@@ -53642,6 +53816,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
                                                  "limiter",      "momentum",   "continuity",   "front_m"};
+#define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -53913,6 +54088,34 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     return status;
 }
 
+/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+static pd_status pdi_output_latest(pd_ctx *ctx, pd_output *out, pd_field field, const char *picture)
+{
+    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
+    size_t size = 0;
+    pd_file file;
+    pd_ctx quiet = *ctx;
+    if (!out->live) return PD_OK;
+    snprintf(name, sizeof name, "latest_%.40s.png", pdi_setup_field_name(field));
+    PDI_TRY(pd_file_join(ctx, out->folder->path, name, path));
+    int known = (out->latest >> field & 1u) != 0;
+    if (!known && out->frame > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
+        pdi_file_abandon(&file);
+        known = 1;
+    }
+    if (!known) PDI_TRY(pdi_folder_add(ctx, out->folder, name, path));
+    out->latest |= 1u << field;
+    PDI_TRY(pdi_file_read(ctx, picture, PDI_OUTPUT_PICTURE, &data, &size));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_file_write(ctx, &file, data, size);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
 static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -53922,6 +54125,7 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
         PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
         PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
                             : pdi_output_picture(ctx, out, (pd_field)k, path));
+        PDI_TRY(pdi_output_latest(ctx, out, (pd_field)k, path));
     }
     return PD_OK;
 }
@@ -54188,6 +54392,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     memset(out, 0, sizeof *out);
 }
 
+#undef PDI_OUTPUT_PICTURE
 #undef PDI_OUTPUT_COLUMNS
 
 /* ======== >>run/summary.c ======== */
@@ -55094,22 +55299,36 @@ static pd_status pdi_figures_add(pd_ctx *ctx, pd_figures *f, const char *section
     return PD_OK;
 }
 
-static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_figures *f)
+/* The unit of a label such as "C [mol/m3]"; "-" of "kind". */
+static void pdi_figures_unit(const char *label, char unit[16])
 {
-    static const pd_field fields[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    static const char *const units[] = {"m/s", "Pa", "mol/m3"};
-    char key[24];
-    for (int k = 0; k < 3; k++)
-        for (int d = 0; d < (fields[k] == PD_FIELD_V ? PD_DIM : 1) && ((p->fields >> fields[k]) & 1u); d++) {
-            snprintf(key, sizeof key, fields[k] == PD_FIELD_V ? "%.8s%c" : "%.8s", pdi_setup_field_name(fields[k]),
-                     "xyz"[d]);
-            PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, units[k],
-                                    pdi_sample_point(model, fields[k], d, p->at)));
-        }
+    const char *open = strchr(label, '[');
+    snprintf(unit, 16, "%.*s", open ? (int)strcspn(open + 1, "]") : 1, open ? open + 1 : "-");
+}
+
+static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_field field,
+                                   pd_figures *f)
+{
+    char key[24], unit[16];
+    if (!((p->fields >> field) & 1u)) return PD_OK;
+    pdi_figures_unit(pdi_sample_label(field), unit);
+    for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
+        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
+        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));
+    }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
+static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
+{
+    static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], f));
+    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
+        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, f));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all, pd_figures *f)
 {
     const pd_setup *u = model->setup;
     if (u->has_dissolve)
@@ -55120,8 +55339,10 @@ PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_moni
             PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
                                     m->figure[j].unit, m->figure[j].value));
     }
-    if (u->probes) pdi_sample_prepare(ctx, model, 0);
-    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], f));
+    unsigned fields = 0;
+    for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
+    if (u->probes) pdi_sample_prepare(ctx, model, fields);
+    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], all, f));
     return PD_OK;
 }
 
@@ -55129,6 +55350,20 @@ void pd_figures_free(pd_ctx *ctx, pd_figures *f)
 {
     PDI_DELETE(ctx, f->room, f->list);
     memset(f, 0, sizeof *f);
+}
+
+/* ======== >>run/instant.c ======== */
+/* instant: see instant.h */
+
+pd_status pd_instant_field(pd_ctx *ctx, const pd_instant *at, const char *name, pd_view *view)
+{
+    return pdi_view_field(ctx, at->own, at->views, name, view);
+}
+
+pd_status pd_instant_figures(pd_ctx *ctx, const pd_instant *at, pd_figures *figures)
+{
+    figures->count = 0;
+    return pdi_figures_collect(ctx, at->own, at->monitors, 1, figures);
 }
 
 /* ======== >>run/compare.c ======== */
@@ -55199,7 +55434,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     c->monitors = monitors;
     c->share = share;
     c->curves = curves;
-    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, &c->figures));
+    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, 0, &c->figures));
     for (int k = 0; k < model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         d->record = &model->setup->record[k];
@@ -55279,7 +55514,7 @@ PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *c)
     double time = c->model->couple.time;
     if (!c->model->setup->records) return PD_OK;
     c->figures.count = 0;
-    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, &c->figures));
+    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, 0, &c->figures));
     for (int k = 0; k < c->model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         double value;
@@ -55447,7 +55682,8 @@ typedef struct pdi_run {
     pd_observables observables;
     pd_monitors monitors;
     pd_compare compare;
-    pd_status status;     /* of the observer */
+    pd_views views;       /* of the observer */
+    pd_status status;     /* of the step that was observed last */
     int stopped;
     double started, reported; /* [s] clock */
     double kept;          /* [s] clock of the last checkpoint */
@@ -55465,15 +55701,23 @@ typedef struct pdi_run {
 
 static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 {
-    char line[240];
+    char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
     double now = pdi_par_clock(), until = r->setup->until;
+    const pd_couple *c = &r->model.couple;
     if (!r->desc->print || !(until > 0.0)) return;
     r->reported = now;
-    pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
-    if (doing) {
-        size_t used = strlen(line);
-        snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
-    }
+    pdi_progress_line(c->time / until, now - r->started, r->setup->name, line, sizeof line);
+    pdi_setup_show(c->time, "s", time);
+    pdi_setup_show(c->dt, "s", dt);
+    size_t used = strlen(line);
+    snprintf(line + used, sizeof line - used, "  step %.0f, t = %s", (double)c->steps, time);
+    used = strlen(line);
+    if (c->dt > 0.0) snprintf(line + used, sizeof line - used, ", dt = %s", dt);
+    used = strlen(line);
+    if (r->setup->has_dissolve)
+        snprintf(line + used, sizeof line - used, ", %.3g %% lost", 100.0 * r->observables.volume_loss);
+    used = strlen(line);
+    if (doing) snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
@@ -55514,11 +55758,35 @@ static pd_status pdi_run_frame(pdi_run *r)
     return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
-static pd_status pdi_run_write(pdi_run *r)
+/* Rows of this step. Without files the figures are those that someone asks for. */
+static pd_status pdi_run_rows(pdi_run *r)
 {
-    PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
-    PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
+    int asked = r->desc->observe || pdi_compare_due(&r->compare, r->model.couple.time);
+    if (!r->desc->dry) PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
+    if (!r->desc->dry || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    return pdi_compare_due(&r->compare, r->model.couple.time) ? pdi_compare_step(r->ctx, &r->compare) : PD_OK;
+}
+
+/* What the observer of the caller sees; it may stop the run before its end. */
+static void pdi_run_show(pdi_run *r, pd_when when)
+{
+    pd_instant at;
+    int before_end = r->model.couple.time < r->setup->until;
+    if (!r->desc->observe) return;
+    memset(&at, 0, sizeof at);
+    at.when = when;
+    at.name = r->setup->name;
+    at.folder = r->desc->dry ? NULL : r->path;
+    at.time = r->model.couple.time;
+    at.steps = r->model.couple.steps;
+    at.dt = r->model.couple.dt;
+    at.until = r->setup->until;
+    at.observables = &r->observables;
+    at.model = at.own = &r->model;
+    at.monitors = &r->monitors;
+    at.views = &r->views;
+    int ends = r->desc->observe(r->desc->observe_user, r->ctx, &at);
+    if (ends && before_end && when != PD_WHEN_END) r->stopped = 1;
 }
 
 /* ---- checkpoints ---- */
@@ -55582,11 +55850,20 @@ static pd_status pdi_run_keep(pdi_run *r)
     return PD_OK;
 }
 
+/* The figures of the instant that a run goes on from, whose rows are in the tables; those are still closed. */
+static pd_status pdi_run_recall(pdi_run *r)
+{
+    pdi_observe(r->ctx, &r->model, &r->observables);
+    return pdi_monitors_step(r->ctx, &r->monitors);
+}
+
 static pd_status pdi_run_read(pdi_run *r)
 {
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
+    if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
     if (status == PD_OK) status = pdi_folder_store(r->ctx, &r->folder, &store.archive);
@@ -55606,6 +55883,7 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
+    r->output.live = r->desc->live;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
     return PD_OK;
@@ -55632,18 +55910,11 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    r->output.live = r->desc->live;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
 /* ---- steps ---- */
-
-/* What measured points ask for; without files the figures are those of points alone. */
-static pd_status pdi_run_compare(pdi_run *r)
-{
-    if (!pdi_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
-    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_compare_step(r->ctx, &r->compare);
-}
 
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
@@ -55653,8 +55924,10 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
-    if (!r->desc->dry) r->status = pdi_run_write(r);
-    if (r->status >= 0) r->status = pdi_run_compare(r);
+    r->status = pdi_run_rows(r);
+    if (r->status >= 0) pdi_run_show(r, r->model.couple.steps ? PD_WHEN_STEP : PD_WHEN_START);
+    r->writing = r->stopped;
+    if (!r->desc->dry && r->status >= 0 && pdi_run_due(r)) r->status = pdi_run_frame(r);
     if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
     pdi_run_progress(r);
@@ -55695,7 +55968,8 @@ static pd_status pdi_run_halted(pdi_run *r)
 static pd_status pdi_run_steps(pdi_run *r)
 {
     pdi_run_remember(r);
-    pd_status status = pdi_run_march(r);
+    if (r->desc->resume && !r->desc->dry) pdi_run_show(r, PD_WHEN_START);
+    pd_status status = r->stopped ? PD_OK : pdi_run_march(r);
     if (status == PD_STOPPED || r->status == PD_STOPPED) {
         status = r->status = PD_OK;
         PDI_TRY(pdi_run_halted(r));
@@ -55703,14 +55977,18 @@ static pd_status pdi_run_steps(pdi_run *r)
     if (status < 0) return status;
     pdi_run_computed(r);
     if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
-    if (r->desc->dry) return PD_OK;
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    if (r->desc->dry) {
+        pdi_run_show(r, PD_WHEN_END);
+        return PD_OK;
+    }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
     PDI_TRY(pdi_output_close(r->ctx, &r->output));
     if (!r->stopped) pdi_file_remove(r->checkpoint);
+    pdi_run_show(r, PD_WHEN_END);
     return PD_OK;
 }
 
@@ -55781,7 +56059,7 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     pd_status status = pdi_folder_check(r->ctx, r->path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
@@ -55833,6 +56111,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     pdi_store_drop(ctx, &r->image);
     pdi_output_free(ctx, &r->output);
     pdi_observe_free(ctx, &r->observables);
+    pdi_views_free(ctx, &r->views);
     pdi_compare_free(ctx, &r->compare);
     pdi_monitors_free(ctx, &r->monitors);
     pdi_model_free(ctx, &r->model);
@@ -55861,8 +56140,6 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
 /* ======== >>run/sim.c ======== */
 /* sim: see sim.h */
 #include <string.h>
-
-static int pdi_sim_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
 
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
@@ -55896,8 +56173,6 @@ pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
     }
     sim->until = sim->setup.until;
     sim->time = sim->model.couple.time;
-    sim->cells = 1;
-    for (int d = 0; d < PD_DIM; d++) sim->cells *= sim->model.grid.n[d];
     return status;
 }
 
@@ -55912,51 +56187,15 @@ pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
     return status;
 }
 
-static void pdi_sim_fill(const pd_sim *sim, pd_field field, double *out)
-{
-    const pd_model *m = &sim->model;
-    const pd_grid *g = &m->grid;
-    int at[PD_DIM];
-    memset(at, 0, sizeof at);
-    for (int64_t cell = 0; cell < sim->cells; cell++) {
-        int32_t i = pd_grid_node(g, at);
-        if (field != PD_FIELD_V) out[cell] = pdi_sample_node(m, field, i);
-        for (int d = 0; d < PD_DIM && field == PD_FIELD_V; d++)
-            out[d * sim->cells + cell] = g->kind[i] == PD_FLUID ? m->flow.u[(int64_t)d * g->total + i] : 0.0;
-        for (int d = 0; d < PD_DIM && ++at[d] == g->n[d]; d++) at[d] = 0;
-    }
-}
-
 pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view)
 {
-    int field = 0;
-    memset(view, 0, sizeof *view);
-    while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name((pd_field)field), name) != 0) field++;
-    if (field == PD_FIELD_COUNT)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim",
-                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density or damage",
-                        name);
-    const char *needs = pdi_setup_field_needs(&sim->setup, (pd_field)field);
-    if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "the field %s needs %s", name, needs);
-    if (!sim->field[field])
-        PDI_TRY(PDI_NEW(ctx, "sim", pdi_sim_components(field) * sim->cells, sim->field[field]));
-    pdi_sample_prepare(ctx, &sim->model, 1u << field);
-    pdi_sim_fill(sim, (pd_field)field, sim->field[field]);
-    view->data = sim->field[field];
-    view->label = pdi_sample_label((pd_field)field);
-    view->components = pdi_sim_components(field);
-    view->part = sim->cells;
-    for (int d = 0; d < PD_DIM; d++) {
-        view->n[d] = sim->model.grid.n[d];
-        view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
-    }
-    return PD_OK;
+    return pdi_view_field(ctx, &sim->model, &sim->views, name, view);
 }
 
 void pd_sim_keep(pd_sim *sim, const pd_view *view)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (sim->field[k] == view->data) sim->field[k] = NULL;
+        if (sim->views.field[k] == view->data) sim->views.field[k] = NULL;
 }
 
 void pd_sim_release(pd_ctx *ctx, pd_view *view)
@@ -55968,7 +56207,7 @@ void pd_sim_release(pd_ctx *ctx, pd_view *view)
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
 {
-    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, pdi_sim_components(k) * sim->cells, sim->field[k]);
+    pdi_views_free(ctx, &sim->views);
     pdi_model_free(ctx, &sim->model);
     pd_setup_free(ctx, &sim->setup);
     memset(sim, 0, sizeof *sim);

@@ -1,8 +1,9 @@
 /* pd1d, pd2d, pd3d: run a scene file.
  *
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
- *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--quiet]
- *        [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]
+ *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--follow]
+ *        [--live] [--progress TIME] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]]
+ *        [--version] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -12,27 +13,22 @@
 #endif
 #include "pdcorr.h"
 
+#include "machine.h"
+#include "screen.h"
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#if defined(_WIN32)
-#include <windows.h>
-#include <psapi.h>
-#include <io.h>
+#if !defined(__wasi__)
 #include <signal.h>
-#elif defined(__wasi__)
-#include <unistd.h>
-#else
-#include <signal.h>
-#include <sys/resource.h>
+#endif
+#if !defined(_WIN32) && !defined(__wasi__)
 #include <sys/wait.h>
-#include <unistd.h>
 #endif
 
 #define CHECKPOINT_EVERY 600.0 /* [s] unless --checkpoint says otherwise */
+#define PROGRESS_EVERY 60.0    /* [s] unless --progress says otherwise */
 
 enum { MAX_OVERRIDES = 64 };
 
@@ -41,6 +37,8 @@ typedef struct options {
     const char *overrides[MAX_OVERRIDES];
     int count, threads, quiet, check, help, resume, checkpoints;
     double checkpoint_every; /* [s] */
+    int follow, live, progress;
+    double progress_every;   /* [s] where there is no terminal */
     const char *sweeps[PD_SWEEP_AXES];
     int sweep_count;
     int estimate;    /* of the error, after the run */
@@ -52,84 +50,6 @@ typedef struct options {
     const char *begin, *ask;   /* what stands behind them, NULL: nothing */
     int version;
 } options;
-
-typedef struct screen {
-    int quiet, terminal;
-    int open; /* a progress line stands without its newline */
-} screen;
-
-/* ---- clocks, memory, numbers ---- */
-
-#if defined(_WIN32)
-/* [s] on the wall */
-static double wall_seconds(void)
-{
-    LARGE_INTEGER now, rate;
-    return QueryPerformanceCounter(&now) && QueryPerformanceFrequency(&rate)
-               ? (double)now.QuadPart / (double)rate.QuadPart : 0.0;
-}
-
-/* [s] of the processor */
-static double cpu_seconds(void)
-{
-    const double high = 4294967296.0, tick = 1e-7;
-    FILETIME begin, end, kernel, user;
-    if (!GetProcessTimes(GetCurrentProcess(), &begin, &end, &kernel, &user)) return 0.0;
-    return tick * (high * ((double)kernel.dwHighDateTime + (double)user.dwHighDateTime) +
-                   (double)kernel.dwLowDateTime + (double)user.dwLowDateTime);
-}
-
-/* [MB] at most, since the program started. */
-static double peak_memory(void)
-{
-    PROCESS_MEMORY_COUNTERS use;
-    return GetProcessMemoryInfo(GetCurrentProcess(), &use, sizeof use) ? (double)use.PeakWorkingSetSize / 1048576.0
-                                                                       : 0.0;
-}
-
-static long processors(void)
-{
-    SYSTEM_INFO info;
-    GetSystemInfo(&info);
-    return (long)info.dwNumberOfProcessors;
-}
-
-static int is_terminal(void) { return _isatty(2); }
-#else
-static double seconds(clockid_t clock)
-{
-    struct timespec t;
-    return clock_gettime(clock, &t) == 0 ? (double)t.tv_sec + 1e-9 * (double)t.tv_nsec : 0.0;
-}
-
-static double wall_seconds(void) { return seconds(CLOCK_MONOTONIC); }
-
-static int is_terminal(void) { return isatty(2); }
-
-#if defined(__wasi__) /* one thread, and memory that never shrinks */
-static double cpu_seconds(void) { return NAN; }
-
-static double peak_memory(void) { return (double)__builtin_wasm_memory_size(0) / 16.0; }
-
-static long processors(void) { return 1; }
-#else
-static double cpu_seconds(void) { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
-
-static long processors(void) { return sysconf(_SC_NPROCESSORS_ONLN); }
-
-/* [MB] at most, since the program started. */
-static double peak_memory(void)
-{
-    struct rusage use;
-#ifdef __APPLE__
-    const double unit = 1048576.0;
-#else
-    const double unit = 1024.0;
-#endif
-    return getrusage(RUSAGE_SELF, &use) == 0 ? (double)use.ru_maxrss / unit : 0.0;
-}
-#endif
-#endif
 
 /* A number within [lo, hi] and nothing behind it. */
 static int parse_number(const char *text, double lo, double hi, double *value)
@@ -289,36 +209,13 @@ static int sweep_runs(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *des
     return count.stopped || interrupted ? 3 : count.failed ? 1 : 0;
 }
 
-/* ---- progress ---- */
-
-static void end_progress(screen *s)
-{
-    if (s->open) fprintf(stderr, "\n");
-    s->open = 0;
-}
-
-/* Progress goes to the terminal alone, so that logs stay readable. */
-static void print(void *user, pd_print_kind kind, const char *text)
-{
-    screen *s = (screen *)user;
-    if (kind == PD_PRINT_PROGRESS) {
-        if (!s->terminal) return;
-        fprintf(stderr, "\r%s\033[K", text);
-        fflush(stderr);
-        s->open = 1;
-        return;
-    }
-    if (s->quiet && kind != PD_PRINT_RESULT) return;
-    end_progress(s);
-    printf("%s%s\n", kind == PD_PRINT_NOTE ? "note: " : "", text);
-    fflush(stdout);
-}
-
 static void help(const char *program)
 {
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
-           "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N]\n"
-           "     [--memory-limit SIZE] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]] [--version] [--help]\n\n"
+           "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE]"
+           " [--follow]\n"
+           "     [--live] [--progress TIME] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]] [--version]"
+           " [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -344,6 +241,12 @@ static void help(const char *program)
            "  --sweep \"key=value, value, ... unit\"\n"
            "                 run the scene for each value, side by side on the threads, each into a folder of its own\n"
            "                 (run001, ...); several give all combinations; sweep.csv and sweep.png hold all\n"
+           "  --follow       print the figures that the scene watches after each step; with --quiet as CSV, without\n"
+           "                 anything else on the standard output\n"
+           "  --live         keep the last picture of each field as latest_C.png and so on, for a viewer that reloads\n"
+           "  --progress TIME\n"
+           "                 wall time between lines of progress where the standard error is no terminal; 1min unless\n"
+           "                 given; off: none\n"
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
            "                 --resume would be refused for; run and write nothing\n"
@@ -470,24 +373,24 @@ static int parse_share(const char *text, double *value)
 }
 
 /* "10min", "0 s" or "off" */
-static int parse_checkpoint(const char *text, options *o)
+static int parse_interval(const char *text, int *on, double *every)
 {
     pd_ctx quiet;
     pd_dims found, time;
     double scale;
     char *unit;
     pd_ctx_init(&quiet);
-    o->checkpoints = strcmp(text, "off") != 0;
-    if (!o->checkpoints) return 1;
-    o->checkpoint_every = strtod(text, &unit);
+    *on = strcmp(text, "off") != 0;
+    if (!*on) return 1;
+    *every = strtod(text, &unit);
     if (unit == text) return 0;
     while (*unit == ' ') unit++;
     if (pd_units_parse(&quiet, unit, &scale, &found) < 0) return 0;
     pd_units_parse(&quiet, "s", NULL, &time);
-    o->checkpoint_every *= scale;
+    *every *= scale;
     for (int k = 0; k < 6; k++)
         if (fabs(found.e[k] - time.e[k]) > 1e-9) return 0;
-    return o->checkpoint_every >= 0.0 && o->checkpoint_every < 1e12;
+    return *every >= 0.0 && *every < 1e12;
 }
 
 /* "2GB", "1.5 GiB", "500 MB"; a number alone counts bytes. */
@@ -513,8 +416,9 @@ static int parse_memory(const char *text, double *value)
 static int parse(int argc, char **argv, options *o)
 {
     memset(o, 0, sizeof *o);
-    o->checkpoints = 1;
+    o->checkpoints = o->progress = 1;
     o->checkpoint_every = CHECKPOINT_EVERY;
+    o->progress_every = PROGRESS_EVERY;
     o->program = strrchr(argv[0], '/') ? strrchr(argv[0], '/') + 1 : argv[0];
 #if defined(_WIN32)
     if (strrchr(o->program, '\\')) o->program = strrchr(o->program, '\\') + 1;
@@ -526,6 +430,8 @@ static int parse(int argc, char **argv, options *o)
         else if (strcmp(a, "--check") == 0) o->check = 1;
         else if (strcmp(a, "--estimate-error") == 0) o->estimate = 1;
         else if (strcmp(a, "--resume") == 0) o->resume = 1;
+        else if (strcmp(a, "--follow") == 0) o->follow = 1;
+        else if (strcmp(a, "--live") == 0) o->live = 1;
         else if (strcmp(a, "--accuracy") == 0) {
             if (!parse_share(value_of(argc, argv, &k), &o->accuracy))
                 return usage(o, "--accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01", "");
@@ -537,8 +443,11 @@ static int parse(int argc, char **argv, options *o)
             if (o->sweep_count == PD_SWEEP_AXES) return usage(o, "more than 8 sweeps", "");
             o->sweeps[o->sweep_count++] = value_of(argc, argv, &k);
         } else if (strcmp(a, "--checkpoint") == 0) {
-            if (!parse_checkpoint(value_of(argc, argv, &k), o))
+            if (!parse_interval(value_of(argc, argv, &k), &o->checkpoints, &o->checkpoint_every))
                 return usage(o, "--checkpoint expects a time such as 10min or 0 s, or off", "");
+        } else if (strcmp(a, "--progress") == 0) {
+            if (!parse_interval(value_of(argc, argv, &k), &o->progress, &o->progress_every))
+                return usage(o, "--progress expects a time such as 10 s or 5min, or off", "");
         } else if (strcmp(a, "--fit") == 0) {
             if (o->range_count == PD_LEAST_SQUARES_PARAMETERS) return usage(o, "more than 8 of --fit", "");
             o->ranges[o->range_count++] = value_of(argc, argv, &k);
@@ -569,6 +478,7 @@ static int parse(int argc, char **argv, options *o)
         else o->scene = a;
     }
     if (o->range_count && o->resume) return usage(o, "--resume goes on with one run, --fit begins many", "");
+    if (o->sweep_count && o->follow) return usage(o, "--sweep goes without --follow: runs go side by side", "");
     if (o->sweep_count && (o->check || o->resume || o->estimate || o->range_count || o->data))
         return usage(o, "--sweep goes without --check, --resume, --estimate-error, --accuracy, --fit and --to: a run of"
                         " it goes on by itself, with its values and --out", "");
@@ -585,20 +495,20 @@ static int fail(const options *o, screen *s, const char *message, int status)
 }
 
 /* Whether the wanted accuracy is reached, and the spacing that the estimate asks for when it is not. */
-static void judge(const options *o, const pd_estimate *e)
+static void judge(const options *o, const pd_estimate *e, FILE *to)
 {
     double h[PD_DIM], worst = e->worst < 0 ? NAN : e->list[e->worst].error;
     const char *reached = e->worst < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
-    printf("result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
+    fprintf(to, "result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
     for (int k = 0; k < e->count; k++)
         if (strcmp(e->list[k].figure.key, "volume_loss") == 0)
-            printf(" reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
-    if (e->worst >= 0) printf(" err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
+            fprintf(to, " reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
+    if (e->worst >= 0) fprintf(to, " err_worst=%.3g h=%.6g", worst, e->setup->h[0]);
     pd_estimate_spacing(e, o->accuracy, h);
-    if (worst > o->accuracy) printf(" wanted_h=%.12g", h[0]);
+    if (worst > o->accuracy) fprintf(to, " wanted_h=%.12g", h[0]);
     for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)
-        if (fabs(h[d] - h[0]) > 1e-9 * h[0]) printf(" wanted_h%c=%.12g", "xyz"[d], h[d]);
-    printf("\n");
+        if (fabs(h[d] - h[0]) > 1e-9 * h[0]) fprintf(to, " wanted_h%c=%.12g", "xyz"[d], h[d]);
+    fprintf(to, "\n");
 }
 
 /* What an estimate can do, when it is not run. */
@@ -622,7 +532,7 @@ static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const 
     } else if (pd_estimate_run(ctx, setup, desc, figures, &e) >= 0) {
         if (o->check) return checked(&e, ctx, s);
         pd_estimate_print(&e, print, s);
-        if (o->accuracy > 0.0) judge(o, &e);
+        if (o->accuracy > 0.0) judge(o, &e, s->results);
         pd_estimate_free(ctx, &e);
         return 0;
     } else if (interrupted) {
@@ -631,7 +541,8 @@ static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const 
         fprintf(stderr, "%s: no error estimate: %s\n", o->program, ctx->message);
     }
     if (o->check) return 2;
-    if (o->accuracy > 0.0) printf("result case=%s accuracy=%.6g reached=unknown\n", setup->name, o->accuracy);
+    if (o->accuracy > 0.0)
+        fprintf(s->results, "result case=%s accuracy=%.6g reached=unknown\n", setup->name, o->accuracy);
     return 0;
 }
 
@@ -640,6 +551,7 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     char line[1024];
     pd_run_desc desc;
     pd_run_result result;
+    follow f;
     double wall = wall_seconds();
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
@@ -650,16 +562,22 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     desc.checkpoints = o->checkpoints;
     desc.checkpoint_every = o->checkpoint_every;
     desc.resume = o->resume;
+    desc.live = o->live;
+    memset(&f, 0, sizeof f);
+    f.s = s;
+    if (o->follow) desc.observe = follow_instant;
+    desc.observe_user = &f;
     if (o->estimate) desc.figures = figures;
     pd_status status = pd_run(ctx, setup, &desc, &result);
+    pd_figures_free(ctx, &f.figures);
     if (status == PD_STOPPED) return fail(o, s, "interrupted before the first step; nothing was written", 1);
     if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
     end_progress(s);
     if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     pd_run_line(&result, line, sizeof line);
-    printf("%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
-           cpu_seconds(), peak_memory(), result.threads);
-    fflush(stdout);
+    fprintf(s->results, "%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
+            cpu_seconds(), peak_memory(), result.threads);
+    fflush(s->results);
     if (!result.stopped) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
     snprintf(line, sizeof line, "interrupted at t = %g s; %s", result.time,
              o->checkpoints ? "the same command with --resume goes on" : "the output is complete up to there");
@@ -728,6 +646,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     run_desc.stop = is_interrupted;
     run_desc.checkpoints = o->checkpoints;
     run_desc.checkpoint_every = o->checkpoint_every;
+    run_desc.live = o->live;
     catch_signals();
     int status = sweep_runs(ctx, &all, &run_desc, o->threads);
     pd_sweep_free(ctx, &all);
@@ -770,6 +689,10 @@ static int act(int argc, char **argv, options *o)
     memset(&s, 0, sizeof s);
     s.quiet = o->quiet;
     s.terminal = !o->quiet && is_terminal();
+    s.lines = !o->quiet && o->progress;
+    s.every = o->progress_every;
+    s.said = wall_seconds();
+    s.results = o->follow && o->quiet ? stderr : stdout;
     pd_ctx_init(&ctx);
     ctx.threads = o->threads;
     ctx.poll = is_interrupted_within;

@@ -319,6 +319,34 @@ TEST(law_of_place_and_time)
     }
 }
 
+/* Three times as fast in grain 1. */
+static double by_grain(void *user, const pd_rate_at *at)
+{
+    (void)user;
+    return at->grain == 1 ? 3.0 * SPEED : at->grain == 0 ? SPEED : NAN;
+}
+
+/* A slab of two grains, each with a flat front: a node of the fluid sees the grain in front of it. */
+TEST(law_of_grain)
+{
+    static int32_t grain[40 * 40 * 40];
+    double lo[3] = {5.0 * H, 0.0, 0.0}, hi[3] = {11.0 * H, 4.0 * H, 4.0 * H};
+    scene *s = scene_cells(16, 4, 4);
+    scene_solid_box(&s->shapes[0], lo, hi);
+    s->dissolve_desc.rate = by_grain;
+    s->dissolve_desc.grain = grain;
+    memset(grain, 0, sizeof grain);
+    if (!metal_build(s, H, 2.0) || !CHECK(s->grid.total <= 40 * 40 * 40)) return;
+    for (int32_t i = 0; i < s->grid.total; i++) {
+        double x[PD_DIM];
+        pd_grid_position(&s->grid, i, x);
+        grain[i] = x[0] > 0.5 * s->grid_desc.hi[0];
+    }
+    if (!run_to(s, 3600.0)) return;
+    CHECK_REL(pd_couple_volume_loss(&s->couple) * 6.0 * H, 3600.0 * SPEED * 4.0, 1e-12);
+    scene_free(s);
+}
+
 /* A law below zero does not deposit; a rising one is taken as it stands. */
 static double falling_below(void *user, const pd_rate_at *at)
 {
@@ -540,6 +568,7 @@ TEST(bad_input)
 TEST_MAIN(SLOW_ENTRY_IF(PD_DIM == 3, flat_front_is_exact) SLOW_ENTRY_IF(PD_DIM == 3, diagonal_front)
           ENTRY(ball_shrinks_at_the_speed)
               ENTRY(threshold_does_not_change_the_speed) ENTRY(saturation) ENTRY(factor_multiplies)
-                  ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(law_of_place_and_time) ENTRY(no_deposit)
+                  ENTRY(inert_metal_stays) ENTRY(law_without_a_value) ENTRY(law_of_place_and_time) ENTRY(law_of_grain)
+                      ENTRY(no_deposit)
                       ENTRY(single_node) ENTRY(everything_dissolves) ENTRY(nothing_to_dissolve) ENTRY(no_fluid)
                           ENTRY(thin_sheet) ENTRY(wall_is_tight) ENTRY(random_walls) ENTRY(bad_input))

@@ -102,10 +102,93 @@ TEST(what_is_refused)
     CHECK_INT(pd_sim_field(&ctx, &sim, "q", &view), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "no field has the name q") != NULL);
     CHECK_INT(pd_sim_field(&ctx, &sim, "C", &view), PD_ERR_ARGUMENT);
-    CHECK_STR(ctx.message, "sim: the field C needs a [transport] or [corrode] section");
+    CHECK_STR(ctx.message, "view: the field C needs a [transport] or [corrode] section");
     CHECK(view.data == NULL);
     CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &view));
     pd_sim_close(&ctx, &sim);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+/* What an observer has seen of a run. */
+typedef struct seen {
+    int starts, steps, ends, stop_after;
+    int64_t before; /* steps of a run that goes on */
+    double time, loss, most, figure;
+    int figures;
+} seen;
+
+/* The fields are those of the model, the figures those of its observables. */
+static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
+{
+    seen *s = (seen *)user;
+    pd_view c, none;
+    pd_figures figures;
+    memset(&figures, 0, sizeof figures);
+    CHECK_INT(s->ends, 0);
+    CHECK(at->when == PD_WHEN_START ? s->starts == 0 : s->starts == 1);
+    s->starts += at->when == PD_WHEN_START;
+    s->steps += at->when == PD_WHEN_STEP;
+    s->ends += at->when == PD_WHEN_END;
+    CHECK_INT(pd_instant_field(ctx, at, "q", &none), PD_ERR_ARGUMENT);
+    s->most = 0.0;
+    if (CHECK_OK(ctx, pd_instant_field(ctx, at, "C", &c)))
+        for (int64_t cell = 0; cell < c.part; cell++) s->most = fmax(s->most, c.data[cell]);
+    CHECK_NEAR(s->most, at->observables->c_max, 0.0);
+    if (CHECK_OK(ctx, pd_instant_figures(ctx, at, &figures)) && CHECK(figures.count > 1)) {
+        CHECK_STR(figures.list[0].key, "volume_loss");
+        CHECK_NEAR(figures.list[0].value, at->observables->volume_loss, 0.0);
+        s->figure = figures.list[figures.count - 1].value;
+        CHECK(s->figures == 0 || s->figures == figures.count);
+        s->figures = figures.count;
+    }
+    pd_figures_free(ctx, &figures);
+    if (at->when == PD_WHEN_STEP) CHECK_INT(at->steps, s->steps + s->before);
+    if (at->when == PD_WHEN_START) s->before = at->steps;
+    if (at->when == PD_WHEN_STEP) CHECK_NEAR(at->time - s->time, at->dt, 1e-9 * at->dt);
+    s->time = at->time;
+    s->loss = at->observables->volume_loss;
+    return s->stop_after && s->steps == s->stop_after;
+}
+
+#define LOOKED PIN_SCENE "[probe a] at = 41 um" ZERO "  fields = C, density\n[total all]\n"
+
+/* A run that is watched makes the same steps; the observer may end it, with all of its files, and it goes on. */
+TEST(an_observer)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_run_desc desc;
+    pd_run_result plain, result;
+    seen all, some, rest;
+    memset(&desc, 0, sizeof desc);
+    memset(&all, 0, sizeof all);
+    memset(&some, 0, sizeof some);
+    memset(&rest, 0, sizeof rest);
+    if (!CHECK_OK(&ctx, load(&ctx, LOOKED, NULL, 0, &setup))) return;
+    desc.dry = 1;
+    if (!CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &plain))) return;
+    desc.observe = watch;
+    desc.observe_user = &all;
+    CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result));
+    CHECK(all.starts == 1 && all.ends == 1 && all.steps == plain.steps && !result.stopped);
+    CHECK_NEAR(result.volume_loss, plain.volume_loss, 0.0);
+    CHECK_NEAR(all.loss, plain.volume_loss, 0.0);
+    CHECK_INT(all.figures, 1 + 6 + PD_DIM + 2); /* loss, total: volume, energy, momentum and four more, probe */
+    desc.dry = 0;
+    desc.folder = path_of("watched");
+    desc.checkpoints = 1;
+    desc.checkpoint_every = 1e9;
+    desc.observe_user = &some;
+    some.stop_after = 2;
+    CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result));
+    CHECK(result.stopped && some.steps == 2 && some.ends == 1 && result.steps == 2);
+    desc.resume = 1;
+    desc.observe_user = &rest;
+    CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result));
+    CHECK(!result.stopped && rest.starts == 1 && rest.ends == 1);
+    CHECK_NEAR(result.volume_loss, plain.volume_loss, 0.0);
+    CHECK_NEAR(rest.figure, all.figure, 0.0);
+    leave(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -156,6 +239,54 @@ TEST(functions_of_the_caller)
     pd_sim_close(&other, &called);
     CHECK_INT(other.in_use, 0);
     pd_sim_close(&ctx, &sim);
+}
+
+/* C, t, x, y, z, grain */
+static double law_of_grain(void *user, const double *vars)
+{
+    int odd = (int)vars[PDI_SETUP_LAW - 1] % 2;
+    *(int *)user |= odd ? 2 : 1;
+    return (odd ? 3e-6 : 1e-6) / 3600.0;
+}
+
+/* A law that differs from grain to grain, as an expression and as a function; without grains there is none. */
+TEST(a_law_of_grains)
+{
+    static const char *const changes[] = {"dissolve.rate=if(grain - 2*floor(grain/2) > 0.5, 3 um/h, 1 um/h)",
+                                          "dissolve.Csat=60 mol/m3"};
+    static const char *const coarse[] = {"dissolve.rate=if(grain > 2.5, 3 um/h, 1 um/h)"};
+    static pd_sim called;
+    int seen_grains = 0;
+    pd_ctx ctx, other;
+    pd_setup setup;
+    pd_ctx_init(&ctx);
+    ctx.threads = 1;
+    pd_ctx_init(&other);
+    other.threads = 1;
+    memset(&called, 0, sizeof called);
+    if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, changes, 2, &sim))) return;
+    if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes + 1, 1, &called.setup))) return;
+    CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
+                                       1u << (PDI_SETUP_LAW - 1)));
+    if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
+    for (int k = 0; k < 2; k++) {
+        CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
+        CHECK_OK(&other, pd_sim_step(&other, &called, 7200.0));
+    }
+    CHECK_INT(seen_grains, 3);
+    double loss = pd_couple_volume_loss(&sim.model.couple);
+    CHECK(loss > 0.0);
+    CHECK_NEAR(pd_couple_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    pd_sim_close(&other, &called);
+    pd_sim_close(&ctx, &sim);
+    static const char plain[] = CHANNEL PIN "\n[transport] D = 1e-9 m2/s\n[dissolve] m = 2" LAW "\n[run] until = 1 h\n";
+    CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
+    CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
+    if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
+    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_LAW - 1)),
+              PD_ERR_ARGUMENT);
+    pd_setup_free(&ctx, &setup);
+    CHECK_INT(ctx.in_use, 0);
 }
 
 /* A speed that jumps in time, and a concentration that differs over the inlet. */
@@ -227,5 +358,6 @@ TEST(functions_that_are_refused)
     CHECK_INT(ctx.in_use, 0);
 }
 
-TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(functions_of_the_caller)
+TEST_MAIN(ENTRY(a_pin_in_a_stream) ENTRY(what_is_refused) ENTRY(an_observer)
+              ENTRY(functions_of_the_caller) ENTRY(a_law_of_grains)
               SLOW_ENTRY_IF(PD_DIM == 3, functions_of_an_inlet) ENTRY(functions_that_are_refused))

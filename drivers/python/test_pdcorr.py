@@ -156,6 +156,34 @@ class Steps(unittest.TestCase):
         self.assertTrue(any("D = 1e-09" in line for line in result.summary), result.summary)
         self.assertIn("volume_loss=", result.line)
 
+    def test_an_observer(self):
+        with pdcorr.Sim(PIN) as sim:
+            for _ in sim:
+                pass
+            last = {"C": sim.field("C"), "v": sim.field("v"), "loss": sim.volume_loss, "steps": sim.steps}
+        seen, kept = [], []
+
+        def watch(at):
+            seen.append((at.when, at.steps, at.time, at.dt, at.figures["volume_loss"] - at.volume_loss))
+            if at.when == "end":
+                np.testing.assert_array_equal(at.field("C"), last["C"])
+                np.testing.assert_array_equal(at.field("v"), last["v"])
+                with self.assertRaisesRegex(pdcorr.Error, "no field has the name q"):
+                    at.field("q")
+                kept.append(at)
+
+        result = pdcorr.run(PIN, dry=True, observe=watch)
+        self.assertEqual((result.volume_loss, result.steps), (last["loss"], last["steps"]))
+        self.assertEqual([when for when, *_ in seen], ["start", *["step"] * result.steps, "end"])
+        self.assertEqual([steps for _, steps, *_ in seen[1:-1]], list(range(1, result.steps + 1)))
+        self.assertEqual({difference for *_, difference in seen}, {0.0})
+        with self.assertRaisesRegex(ValueError, "the instant is over"):
+            kept[0].field("C")
+        stopped = pdcorr.run(PIN, dry=True, observe=lambda at: at.steps == 2)
+        self.assertEqual((stopped.stopped, stopped.steps), (True, 2))
+        with self.assertRaisesRegex(ZeroDivisionError, "division"):
+            pdcorr.run(PIN, dry=True, observe=lambda at: 1 / (at.steps - 1) > 2)
+
     @unittest.skipUnless(PROGRAMS, "PDCORR_PROGRAMS names no folder of pd2d")
     def test_same_files_as_the_program(self):
         with tempfile.TemporaryDirectory() as folder:

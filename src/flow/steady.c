@@ -197,7 +197,8 @@ static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *r
     }
     pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
     pdi_steady_report(ctx, s, result);
-    return hypot(s->weight * sqrt(pdi_par_dot(ctx, split, r, r)), sqrt(pdi_par_dot(ctx, total, r + split, r + split)));
+    double continuity = pdi_par_dot(ctx, total, r + split, r + split);
+    return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
 }
 
 /* The largest component of the velocity of fluid and inlets [m/s]; what stands in the ghosts depends on who filled them

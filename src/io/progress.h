@@ -5,7 +5,7 @@
 #include "core/config.h"
 
 #ifdef PDI_INTERNAL
-/* line[size] = "dissolve [#########.................]  36.1 %  2 min 05 s, 3 min 41 s left". fraction in 0..1 (clamped;
+/* line[size] = "dissolve [####........]  36.1 %  2 min 05 s, 3 min 41 s left". fraction in 0..1 (clamped;
  * NaN counts as 0), elapsed [s]. The time left assumes that work goes on at the mean rate; below 0.1 % or 1 s no
  * figure is given. Always ended by 0, cut when size is too small. */
 PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size);

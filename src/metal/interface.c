@@ -194,6 +194,24 @@ static void pdi_interface_drive(const pd_dissolve *d, const pdi_metal_beside *po
     *whole = *part * portion->stock / portion->weight;
 }
 
+/* Grain of the metal node within a bond that is nearest to fluid node i; of several at one distance, the first by bond.
+ */
+static int32_t pdi_interface_grain(const pd_dissolve *d, int32_t i)
+{
+    const pd_stencil *s = d->paths.stencil;
+    int32_t grain = -1;
+    double nearest = HUGE_VAL;
+    for (int k = 0; k < s->count && d->desc.grain; k++) {
+        double way = pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!(way < nearest)) continue;
+        int32_t j = pdi_entry_far(&d->paths, i, k);
+        if (j < 0 || d->grid->kind[j] != PD_SOLID) continue;
+        nearest = way;
+        grain = d->desc.grain[j];
+    }
+    return grain;
+}
+
 PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pdi_law *law)
 {
     const pdi_metal_beside *portion = pdi_metal_portion(d, beside);
@@ -217,6 +235,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
+    law->at.grain = pdi_interface_grain(d, beside->node);
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
 

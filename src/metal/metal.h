@@ -41,6 +41,7 @@ typedef struct pd_dissolve_desc {
     const pd_metal *more; /* [more_count] other metals, whose amounts add up in the fluid; copied */
     int more_count;       /* at most 7 */
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
+    const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     pd_metal_model model;
     /* ---- bonds: */

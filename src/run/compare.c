@@ -68,7 +68,7 @@ static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitor
     c->monitors = monitors;
     c->share = share;
     c->curves = curves;
-    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, &c->figures));
+    if (model->setup->records) PDI_TRY(pdi_figures_collect(ctx, model, monitors, 0, &c->figures));
     for (int k = 0; k < model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         d->record = &model->setup->record[k];
@@ -148,7 +148,7 @@ PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *c)
     double time = c->model->couple.time;
     if (!c->model->setup->records) return PD_OK;
     c->figures.count = 0;
-    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, &c->figures));
+    PDI_TRY(pdi_figures_collect(ctx, c->model, c->monitors, 0, &c->figures));
     for (int k = 0; k < c->model->setup->records; k++) {
         pd_compared *d = &c->list[k];
         double value;

@@ -22,22 +22,36 @@ static pd_status pdi_figures_add(pd_ctx *ctx, pd_figures *f, const char *section
     return PD_OK;
 }
 
-static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_figures *f)
+/* The unit of a label such as "C [mol/m3]"; "-" of "kind". */
+static void pdi_figures_unit(const char *label, char unit[16])
 {
-    static const pd_field fields[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    static const char *const units[] = {"m/s", "Pa", "mol/m3"};
-    char key[24];
-    for (int k = 0; k < 3; k++)
-        for (int d = 0; d < (fields[k] == PD_FIELD_V ? PD_DIM : 1) && ((p->fields >> fields[k]) & 1u); d++) {
-            snprintf(key, sizeof key, fields[k] == PD_FIELD_V ? "%.8s%c" : "%.8s", pdi_setup_field_name(fields[k]),
-                     "xyz"[d]);
-            PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, units[k],
-                                    pdi_sample_point(model, fields[k], d, p->at)));
-        }
+    const char *open = strchr(label, '[');
+    snprintf(unit, 16, "%.*s", open ? (int)strcspn(open + 1, "]") : 1, open ? open + 1 : "-");
+}
+
+static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_field field,
+                                   pd_figures *f)
+{
+    char key[24], unit[16];
+    if (!((p->fields >> field) & 1u)) return PD_OK;
+    pdi_figures_unit(pdi_sample_label(field), unit);
+    for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
+        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
+        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));
+    }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *f)
+static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
+{
+    static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], f));
+    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
+        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, f));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all, pd_figures *f)
 {
     const pd_setup *u = model->setup;
     if (u->has_dissolve)
@@ -48,8 +62,10 @@ PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_moni
             PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
                                     m->figure[j].unit, m->figure[j].value));
     }
-    if (u->probes) pdi_sample_prepare(ctx, model, 0);
-    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], f));
+    unsigned fields = 0;
+    for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
+    if (u->probes) pdi_sample_prepare(ctx, model, fields);
+    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], all, f));
     return PD_OK;
 }
 

@@ -21,8 +21,10 @@ typedef struct pd_figures {
 #define pd_figures_free PD_NAME(pd_figures_free)
 
 #ifdef PDI_INTERNAL
-/* Append the present figures; the monitors hold those of the last step. Zero-initialise `figures`. */
-PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, pd_figures *figures);
+/* Append the present figures; the monitors hold those of the last step. all: 1: with the fields of single cells at
+ * probes, too. Zero-initialise `figures`. */
+PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
+                                     pd_figures *figures);
 #endif
 PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
 

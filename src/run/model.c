@@ -236,6 +236,7 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
+    vars[PDI_SETUP_GRAIN] = at->grain;
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
@@ -314,6 +315,8 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
+    for (int k = 0; k < u->metals; k++)
+        if (u->metal[k].rate.uses >> PDI_SETUP_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;

@@ -12,6 +12,7 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
                                                  "limiter",      "momentum",   "continuity",   "front_m"};
+#define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -283,6 +284,34 @@ static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, c
     return status;
 }
 
+/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+static pd_status pdi_output_latest(pd_ctx *ctx, pd_output *out, pd_field field, const char *picture)
+{
+    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
+    size_t size = 0;
+    pd_file file;
+    pd_ctx quiet = *ctx;
+    if (!out->live) return PD_OK;
+    snprintf(name, sizeof name, "latest_%.40s.png", pdi_setup_field_name(field));
+    PDI_TRY(pd_file_join(ctx, out->folder->path, name, path));
+    int known = (out->latest >> field & 1u) != 0;
+    if (!known && out->frame > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
+        pdi_file_abandon(&file);
+        known = 1;
+    }
+    if (!known) PDI_TRY(pdi_folder_add(ctx, out->folder, name, path));
+    out->latest |= 1u << field;
+    PDI_TRY(pdi_file_read(ctx, picture, PDI_OUTPUT_PICTURE, &data, &size));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_file_write(ctx, &file, data, size);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
 static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -292,6 +321,7 @@ static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
         PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
         PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
                             : pdi_output_picture(ctx, out, (pd_field)k, path));
+        PDI_TRY(pdi_output_latest(ctx, out, (pd_field)k, path));
     }
     return PD_OK;
 }
@@ -558,4 +588,5 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     memset(out, 0, sizeof *out);
 }
 
+#undef PDI_OUTPUT_PICTURE
 #undef PDI_OUTPUT_COLUMNS

@@ -4,6 +4,7 @@
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
  *   volume_loss.png                         at the end
+ *   latest_C.png                            `live`: the last picture
  *
  * Everything is written aside and renamed; the tables grow row by row.
  */
@@ -20,6 +21,8 @@ typedef struct pd_output {
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
+    int live;                 /* 1: the last picture of each field is there under a name of its own, too */
+    unsigned latest;          /* bit k: pd_field k has it */
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */

@@ -24,7 +24,8 @@ typedef struct pdi_run {
     pd_observables observables;
     pd_monitors monitors;
     pd_compare compare;
-    pd_status status;     /* of the observer */
+    pd_views views;       /* of the observer */
+    pd_status status;     /* of the step that was observed last */
     int stopped;
     double started, reported; /* [s] clock */
     double kept;          /* [s] clock of the last checkpoint */
@@ -42,15 +43,23 @@ typedef struct pdi_run {
 
 static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 {
-    char line[240];
+    char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
     double now = pdi_par_clock(), until = r->setup->until;
+    const pd_couple *c = &r->model.couple;
     if (!r->desc->print || !(until > 0.0)) return;
     r->reported = now;
-    pdi_progress_line(r->model.couple.time / until, now - r->started, r->setup->name, line, sizeof line);
-    if (doing) {
-        size_t used = strlen(line);
-        snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
-    }
+    pdi_progress_line(c->time / until, now - r->started, r->setup->name, line, sizeof line);
+    pdi_setup_show(c->time, "s", time);
+    pdi_setup_show(c->dt, "s", dt);
+    size_t used = strlen(line);
+    snprintf(line + used, sizeof line - used, "  step %.0f, t = %s", (double)c->steps, time);
+    used = strlen(line);
+    if (c->dt > 0.0) snprintf(line + used, sizeof line - used, ", dt = %s", dt);
+    used = strlen(line);
+    if (r->setup->has_dissolve)
+        snprintf(line + used, sizeof line - used, ", %.3g %% lost", 100.0 * r->observables.volume_loss);
+    used = strlen(line);
+    if (doing) snprintf(line + used, sizeof line - used, "  (%.40s %.0f)", doing, (double)count);
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
@@ -91,11 +100,35 @@ static pd_status pdi_run_frame(pdi_run *r)
     return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
-static pd_status pdi_run_write(pdi_run *r)
+/* Rows of this step. Without files the figures are those that someone asks for. */
+static pd_status pdi_run_rows(pdi_run *r)
 {
-    PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
-    PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_run_due(r) ? pdi_run_frame(r) : PD_OK;
+    int asked = r->desc->observe || pdi_compare_due(&r->compare, r->model.couple.time);
+    if (!r->desc->dry) PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
+    if (!r->desc->dry || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    return pdi_compare_due(&r->compare, r->model.couple.time) ? pdi_compare_step(r->ctx, &r->compare) : PD_OK;
+}
+
+/* What the observer of the caller sees; it may stop the run before its end. */
+static void pdi_run_show(pdi_run *r, pd_when when)
+{
+    pd_instant at;
+    int before_end = r->model.couple.time < r->setup->until;
+    if (!r->desc->observe) return;
+    memset(&at, 0, sizeof at);
+    at.when = when;
+    at.name = r->setup->name;
+    at.folder = r->desc->dry ? NULL : r->path;
+    at.time = r->model.couple.time;
+    at.steps = r->model.couple.steps;
+    at.dt = r->model.couple.dt;
+    at.until = r->setup->until;
+    at.observables = &r->observables;
+    at.model = at.own = &r->model;
+    at.monitors = &r->monitors;
+    at.views = &r->views;
+    int ends = r->desc->observe(r->desc->observe_user, r->ctx, &at);
+    if (ends && before_end && when != PD_WHEN_END) r->stopped = 1;
 }
 
 /* ---- checkpoints ---- */
@@ -159,11 +192,20 @@ static pd_status pdi_run_keep(pdi_run *r)
     return PD_OK;
 }
 
+/* The figures of the instant that a run goes on from, whose rows are in the tables; those are still closed. */
+static pd_status pdi_run_recall(pdi_run *r)
+{
+    pdi_observe(r->ctx, &r->model, &r->observables);
+    return pdi_monitors_step(r->ctx, &r->monitors);
+}
+
 static pd_status pdi_run_read(pdi_run *r)
 {
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
+    if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
     if (status == PD_OK) status = pdi_folder_store(r->ctx, &r->folder, &store.archive);
@@ -183,6 +225,7 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
+    r->output.live = r->desc->live;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
     return PD_OK;
@@ -209,18 +252,11 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
+    r->output.live = r->desc->live;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
 /* ---- steps ---- */
-
-/* What measured points ask for; without files the figures are those of points alone. */
-static pd_status pdi_run_compare(pdi_run *r)
-{
-    if (!pdi_compare_due(&r->compare, r->model.couple.time)) return PD_OK;
-    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_compare_step(r->ctx, &r->compare);
-}
 
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
@@ -230,8 +266,10 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
-    if (!r->desc->dry) r->status = pdi_run_write(r);
-    if (r->status >= 0) r->status = pdi_run_compare(r);
+    r->status = pdi_run_rows(r);
+    if (r->status >= 0) pdi_run_show(r, r->model.couple.steps ? PD_WHEN_STEP : PD_WHEN_START);
+    r->writing = r->stopped;
+    if (!r->desc->dry && r->status >= 0 && pdi_run_due(r)) r->status = pdi_run_frame(r);
     if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
     pdi_run_progress(r);
@@ -272,7 +310,8 @@ static pd_status pdi_run_halted(pdi_run *r)
 static pd_status pdi_run_steps(pdi_run *r)
 {
     pdi_run_remember(r);
-    pd_status status = pdi_run_march(r);
+    if (r->desc->resume && !r->desc->dry) pdi_run_show(r, PD_WHEN_START);
+    pd_status status = r->stopped ? PD_OK : pdi_run_march(r);
     if (status == PD_STOPPED || r->status == PD_STOPPED) {
         status = r->status = PD_OK;
         PDI_TRY(pdi_run_halted(r));
@@ -280,14 +319,18 @@ static pd_status pdi_run_steps(pdi_run *r)
     if (status < 0) return status;
     pdi_run_computed(r);
     if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
-    if (r->desc->dry) return PD_OK;
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    if (r->desc->dry) {
+        pdi_run_show(r, PD_WHEN_END);
+        return PD_OK;
+    }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
     PDI_TRY(pdi_output_close(r->ctx, &r->output));
     if (!r->stopped) pdi_file_remove(r->checkpoint);
+    pdi_run_show(r, PD_WHEN_END);
     return PD_OK;
 }
 
@@ -358,7 +401,7 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, r->desc->figures));
+    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     pd_status status = pdi_folder_check(r->ctx, r->path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
@@ -410,6 +453,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     pdi_store_drop(ctx, &r->image);
     pdi_output_free(ctx, &r->output);
     pdi_observe_free(ctx, &r->observables);
+    pdi_views_free(ctx, &r->views);
     pdi_compare_free(ctx, &r->compare);
     pdi_monitors_free(ctx, &r->monitors);
     pdi_model_free(ctx, &r->model);

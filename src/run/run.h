@@ -11,7 +11,7 @@
 #define PD_RUN_H
 #include "scene/scene.h"
 #include "run/summary.h"
-#include "run/figures.h"
+#include "run/instant.h"
 
 /* Zero-initialise. */
 typedef struct pd_run_desc {
@@ -30,6 +30,11 @@ typedef struct pd_run_desc {
                               * function of the context is asked within steps, a few times a second: then the run ends
                               * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
     void *stop_user;
+    pd_instant_fn observe;   /* called at the start, after every step and at the end, see instant.h; may stop the run.
+                              * NULL: none */
+    void *observe_user;
+    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, whole at any
+                              * moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
@@ -41,7 +46,7 @@ typedef struct pd_run_desc {
 typedef struct pd_run_result {
     char name[PD_SETUP_NAME];
     int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
-    int stopped;          /* by desc.stop */
+    int stopped;          /* by desc.stop, desc.observe or the poll function of the context */
     double time;          /* [s] reached */
     double h;             /* [m] along x */
     double m;             /* [-] */

@@ -1,18 +1,8 @@
 /* sim: a scene step by step, for programs that look at its fields or hand them on while it runs. Writes no files. */
 #ifndef PD_SIM_H
 #define PD_SIM_H
-#include "run/model.h"
+#include "run/view.h"
 #include "scene/scene.h"
-
-/* A field over the cells of the box, without ghosts: component d of cell i, j, k stands at
- * data[d * part + i * stride[0] + j * stride[1] + k * stride[2]]. */
-typedef struct pd_view {
-    const double *data; /* [components][cells] [unit of the label] */
-    const char *label;  /* "C [mol/m3]" */
-    int components;     /* PD_DIM of v, else 1 */
-    int n[PD_DIM];      /* cells */
-    int64_t stride[PD_DIM], part;
-} pd_view;
 
 /* Objects of the model point at each other: an open one must not be moved. */
 typedef struct pd_sim {
@@ -21,8 +11,7 @@ typedef struct pd_sim {
     double time;  /* [s] */
     double until; /* [s] that the scene asks for; steps may go on beyond it */
     int64_t steps;
-    int64_t cells;                /* of the box */
-    double *field[PD_FIELD_COUNT]; /* [components][cells] [unit of the field] those that were asked for */
+    pd_views views;
 } pd_sim;
 
 #define pd_sim_open PD_NAME(pd_sim_open)

@@ -95,6 +95,9 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
 {
     double v = pdi_setup_speed(metal);
     char slow[PD_UNITS_TEXT];
+    if ((metal->rate.uses >> PDI_SETUP_GRAIN & 1u) && !s->setup->has_grains)
+        return pdi_text_refuse(s->ctx, s->text, section, key,
+                              "found the variable grain, expected grains = SIZE in a solid [shape ...]");
     if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_refuse(s->ctx, s->text, section, key,
                               "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
@@ -105,7 +108,7 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y and z. */
+/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z and grain. */
 static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
                                      pd_setup_metal *metal)
 {

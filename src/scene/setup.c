@@ -19,7 +19,13 @@ static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
 #endif
                                                 {"t", "s", 0.0}};
 static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
-                                                   {"y", "m", 0.0}, {"z", "m", 0.0}};
+#if PD_DIM > 1
+                                                   {"y", "m", 0.0},
+#endif
+#if PD_DIM > 2
+                                                   {"z", "m", 0.0},
+#endif
+                                                   {"grain", "", 0.0}};
 
 static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
                                                     {"x", "m", 0.0},
@@ -134,6 +140,8 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
     if (strcmp(key, "rate") == 0) {
         if (!u->has_dissolve || u->metals != 1)
             return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
+        if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
+            return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
         u->metal[0].rate_scale = 1.0;
         expr = &u->metal[0].rate;
     } else if (strcmp(key, "initial") == 0) {

@@ -351,7 +351,7 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
 /* Put a function in the place of a value that the scene gives. `uses`: bit k: it depends on variable k.
  *
  *   key      value                                      variables
- *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m]
+ *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m], grain: its number, a whole one
  *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
  *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
@@ -380,8 +380,9 @@ PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
 /* The variables x, y, z of expressions, PD_DIM of them, and t behind them: PDI_SETUP_PLACE in all. */
 #define PDI_SETUP_PLACE (PD_DIM + 1)
 PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-/* The variables C, t, x, y, z of laws: those of a pd_rate_at. */
-#define PDI_SETUP_LAW (PD_DIM + 2)
+/* The variables C, t, x, y, z, grain of laws: those of a pd_rate_at. */
+#define PDI_SETUP_LAW (PD_DIM + 3)
+#define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)

@@ -381,7 +381,7 @@ static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *
         h[i + 1] = cs[i] * h[i + 1] + back * h[i];
         h[i] = t;
     }
-    double radius = hypot(h[j], h[j + 1]);
+    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
     cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
     sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
     h[j] = radius;

@@ -2,14 +2,14 @@
 _pdcorr() {
     local program=$1 word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} words=""
     local options="--estimate-error --accuracy --out --checkpoint --resume --sweep --fit --to --threads --memory-limit
-        --quiet --check --new --keys --version --help"
+        --follow --live --progress --quiet --check --new --keys --version --help"
     COMPREPLY=()
     case $before in
     --new) words=$("$program" --new 2> /dev/null) ;;
     --keys) words=$("$program" --keys 2> /dev/null | sed 's/^\[\([a-z]*\).*/\1/') ;;
     --out) mapfile -t COMPREPLY < <(compgen -d -- "$word"); return ;;
     --to) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
-    --accuracy | --checkpoint | --sweep | --fit | --threads | --memory-limit) return ;;
+    --accuracy | --checkpoint | --sweep | --fit | --threads | --memory-limit | --progress) return ;;
     *)
         case $word in
         -*) words=$options ;;

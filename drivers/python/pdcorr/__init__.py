@@ -7,12 +7,12 @@ from ._declared import PD_VERSION_MAJOR, PD_VERSION_MINOR, PD_VERSION_PATCH
 from ._library import Error, Status
 from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
                       intersect, union)
-from .sim import Frame, Ledger, Result, Sim, run
+from .sim import Frame, Instant, Ledger, Result, Sim, run
 from .table import Table, read_table
 
 __version__ = f"{PD_VERSION_MAJOR}.{PD_VERSION_MINOR}.{PD_VERSION_PATCH}"
 
 __all__ = [
-    "Csr", "Error", "Frame", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil", "Table",
-    "ball", "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
+    "Csr", "Error", "Frame", "Instant", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil",
+    "Table", "ball", "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
 ]

@@ -235,6 +235,9 @@ PD_PRINT_SUMMARY = 0
 PD_PRINT_NOTE = 1
 PD_PRINT_PROGRESS = 2
 PD_PRINT_RESULT = 3
+PD_WHEN_START = 0
+PD_WHEN_STEP = 1
+PD_WHEN_END = 2
 
 ENUMS = {
     'pd_status': {'PD_OK': 0, 'PD_RETRY': 1, 'PD_NOT_CONVERGED': 2, 'PD_ERR_ARGUMENT': -1, 'PD_ERR_MEMORY': -2, 'PD_ERR_LIMIT': -3, 'PD_ERR_SIZE': -4, 'PD_ERR_FILE': -5, 'PD_ERR_PARSE': -6, 'PD_ERR_GEOMETRY': -7, 'PD_ERR_STATE': -8, 'PD_ERR_DIVERGED': -9, 'PD_ERR_LEDGER': -10, 'PD_ERR_INTERNAL': -11, 'PD_STOPPED': -12, 'PD_STATUS_FORCE_SIGNED': -1000},
@@ -274,6 +277,7 @@ ENUMS = {
     'pd_against': {'PD_AGAINST_VALUE': 0, 'PD_AGAINST_INLET': 1, 'PD_AGAINST_BULK': 2},
     'pd_knob': {'PD_KNOB_STEADY': 0, 'PD_KNOB_FLOW_RTOL': 1, 'PD_KNOB_RTOL': 2, 'PD_KNOB_FRACTION': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
+    'pd_when': {'PD_WHEN_START': 0, 'PD_WHEN_STEP': 1, 'PD_WHEN_END': 2},
 }
 
 
@@ -1860,6 +1864,7 @@ def declare(dim):
         ('c', c_double),
         ('t', c_double),
         ('x', c_double * dim),
+        ('grain', c_int32),
     ]
 
     pd_rate_fn = CFUNCTYPE(c_double, c_void_p, POINTER(pd_rate_at))
@@ -1938,6 +1943,7 @@ def declare(dim):
         ('more', POINTER(pd_metal)),
         ('more_count', c_int),
         ('metal', POINTER(c_uint8)),
+        ('grain', POINTER(c_int32)),
         ('factor', POINTER(c_double)),
         ('model', c_int),
         ('saturation', c_double),
@@ -2802,6 +2808,24 @@ def declare(dim):
         ('layer', POINTER(c_double)),
     ]
 
+    class pd_view(Structure):
+        pass
+    pd_view._fields_ = [
+        ('data', POINTER(c_double)),
+        ('label', c_char_p),
+        ('components', c_int),
+        ('n', c_int * dim),
+        ('stride', c_int64 * dim),
+        ('part', c_int64),
+    ]
+
+    class pd_views(Structure):
+        pass
+    pd_views._fields_ = [
+        ('cells', c_int64),
+        ('field', POINTER(c_double) * 23),
+    ]
+
     class pd_output(Structure):
         pass
     pd_output._fields_ = [
@@ -2811,6 +2835,8 @@ def declare(dim):
         ('diagnostics', pd_csv),
         ('probes', pd_csv),
         ('frame', c_int),
+        ('live', c_int),
+        ('latest', c_uint),
         ('written', c_double),
         ('scalar', POINTER(c_double) * 23),
         ('phase', POINTER(c_uint8)),
@@ -2879,6 +2905,25 @@ def declare(dim):
         ('room', c_int),
     ]
 
+    class pd_instant(Structure):
+        pass
+    pd_instant._fields_ = [
+        ('when', c_int),
+        ('name', c_char_p),
+        ('folder', c_char_p),
+        ('time', c_double),
+        ('dt', c_double),
+        ('until', c_double),
+        ('steps', c_int64),
+        ('observables', POINTER(pd_observables)),
+        ('model', POINTER(pd_model)),
+        ('own', POINTER(pd_model)),
+        ('monitors', POINTER(pd_monitors)),
+        ('views', POINTER(pd_views)),
+    ]
+
+    pd_instant_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_ctx), POINTER(pd_instant))
+
     class pd_compared(Structure):
         pass
     pd_compared._fields_ = [
@@ -2926,6 +2971,9 @@ def declare(dim):
         ('print_user', c_void_p),
         ('stop', CFUNCTYPE(c_int, c_void_p)),
         ('stop_user', c_void_p),
+        ('observe', pd_instant_fn),
+        ('observe_user', c_void_p),
+        ('live', c_int),
         ('checkpoints', c_int),
         ('checkpoint_every', c_double),
         ('resume', c_int),
@@ -2959,17 +3007,6 @@ def declare(dim):
         ('bytes_per_node', c_double),
     ]
 
-    class pd_view(Structure):
-        pass
-    pd_view._fields_ = [
-        ('data', POINTER(c_double)),
-        ('label', c_char_p),
-        ('components', c_int),
-        ('n', c_int * dim),
-        ('stride', c_int64 * dim),
-        ('part', c_int64),
-    ]
-
     class pd_sim(Structure):
         pass
     pd_sim._fields_ = [
@@ -2978,8 +3015,7 @@ def declare(dim):
         ('time', c_double),
         ('until', c_double),
         ('steps', c_int64),
-        ('cells', c_int64),
-        ('field', POINTER(c_double) * 23),
+        ('views', pd_views),
     ]
 
     class pd_coarser(Structure):
@@ -3252,6 +3288,8 @@ def declare(dim):
         'pd_scene_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),
         'pd_footprint_estimate': (None, [POINTER(pd_setup), POINTER(pd_footprint)]),
         'pd_figures_free': (None, [POINTER(pd_ctx), POINTER(pd_figures)]),
+        'pd_instant_field': (c_int, [POINTER(pd_ctx), POINTER(pd_instant), c_char_p, POINTER(pd_view)]),
+        'pd_instant_figures': (c_int, [POINTER(pd_ctx), POINTER(pd_instant), POINTER(pd_figures)]),
         'pd_run': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), POINTER(pd_run_desc), POINTER(pd_run_result)]),
         'pd_run_line': (None, [POINTER(pd_run_result), POINTER(c_char), c_size_t]),
         'pd_sim_open': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_sim)]),

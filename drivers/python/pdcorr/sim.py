@@ -99,7 +99,7 @@ class _Scene:
 
     def put(self, setup: Any, key: str, fn: Callable[..., float]) -> None:
         place = ["x", "y", "z"][: self.context.library.dim]
-        names = ["C", "t", *place] if key == "rate" else place if key == "initial" else [*place, "t"]
+        names = ["C", "t", *place, "grain"] if key == "rate" else place if key == "initial" else [*place, "t"]
         # the library knows the keys: it is asked before the parameters are looked at
         self.context.call("pd_setup_function", setup, key.encode(), self.context.types.pd_expr_fn(), None, 0)
         function, uses = self.context.function(fn, names, key)
@@ -384,6 +384,77 @@ def _close(context: Context, sim: Any, callbacks: list) -> None:
 # ---- whole runs ----
 
 
+class Instant:
+    """A run at an instant, for its observer, until that returns."""
+
+    def __init__(self, context: Context, at: Any):
+        self.context = context
+        self.at: Any = at
+
+    def _now(self) -> Any:
+        if self.at is None:
+            raise ValueError("the instant is over: keep copies of what is wanted later")
+        return self.at.contents
+
+    def _ask(self, name: str, *arguments: Any) -> None:
+        """A call within that of the run."""
+        self._now()
+        status = getattr(self.context.library, name)(self.context.struct, self.at, *arguments)
+        if status < 0:
+            raise Error(status, self.context.struct.message.decode("utf-8", "replace"))
+
+    @property
+    def when(self) -> str:
+        """"start", "step" or "end"."""
+        return ("start", "step", "end")[self._now().when]
+
+    @property
+    def time(self) -> float:
+        """[s]"""
+        return self._now().time
+
+    @property
+    def dt(self) -> float:
+        """[s] of the last step"""
+        return self._now().dt
+
+    @property
+    def until(self) -> float:
+        """End [s] of the run."""
+        return self._now().until
+
+    @property
+    def steps(self) -> int:
+        """Steps so far."""
+        return self._now().steps
+
+    @property
+    def volume_loss(self) -> float:
+        """Share [-] of the volume of metal at the start that is gone."""
+        return self._now().observables.contents.volume_loss
+
+    def field(self, name: str) -> np.ndarray:
+        """A copy of an output field, see Sim.field."""
+        found = self.context.types.pd_view()
+        self._ask("pd_instant_field", name.encode(), found)
+        shape, strides = list(found.n), [8 * stride for stride in found.stride]
+        if found.components > 1:
+            shape, strides = [found.components, *shape], [8 * found.part, *strides]
+        values = np.ctypeslib.as_array(found.data, (found.components * found.part,))
+        return np.lib.stride_tricks.as_strided(values, shape, strides).copy(order="K")
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """All that the run watches, in SI: "volume_loss", "probe.a.C", "total.all.dissolved" and so on."""
+        list_ = self.context.types.pd_figures()
+        try:
+            self._ask("pd_instant_figures", list_)
+            return {".".join(part.decode() for part in (f.section, f.name, f.key) if part and part != b"scene"): f.value
+                    for f in list_.list[: list_.count]}
+        finally:
+            self.context.free("pd_figures_free", list_)
+
+
 @dataclass(frozen=True)
 class Result:
     """What a run has come to."""
@@ -416,12 +487,13 @@ class Result:
 def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *, out: str | os.PathLike | None = None,
         dim: int | None = None, functions: Functions | None = None, threads: int = 0, memory_limit: float = 0,
         progress: bool | Callable[[str], None] | None = None, dry: bool = False, checkpoint: float | None = None,
-        resume: bool = False, **values: Any) -> Result:
+        resume: bool = False, observe: Callable[[Instant], Any] | None = None, **values: Any) -> Result:
     """Run a scene to its end and write its files, as pd2d does.
 
     out: folder; None: that of the scene. progress: True: a line on a terminal; or a function that is called with such
     lines. dry: write nothing. checkpoint: wall time [s] between checkpoints, 0: after each step; None: none. resume: go
-    on from the checkpoint in the folder. The other parameters are those of Sim.
+    on from the checkpoint in the folder. observe: a function that is called with an Instant at the start, after each
+    step and at the end; what is true ends the run, with complete files. The other parameters are those of Sim.
 
     Ctrl-C ends it with KeyboardInterrupt, and with a checkpoint where there are some.
     """
@@ -445,7 +517,19 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         except BaseException as raised:  # pylint: disable=broad-except
             context.guard.raised = raised
 
+    def look(_user: Any, _context: Any, at: Any) -> int:
+        instant = Instant(context, at)
+        try:
+            return 1 if observe(instant) else 0
+        except BaseException as raised:  # pylint: disable=broad-except
+            context.guard.raised = raised
+            return 1
+        finally:
+            instant.at = None
+
     desc.print = types.pd_print_fn(show)
+    if observe is not None:
+        desc.observe = types.pd_instant_fn(look)
     desc.dry = dry
     desc.checkpoints = checkpoint is not None or resume
     desc.checkpoint_every = 600.0 if checkpoint is None else checkpoint

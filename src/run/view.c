@@ -1,0 +1,56 @@
+/* view: see view.h */
+#include "run/view.h"
+#include "run/sample.h"
+#include <string.h>
+
+static int pdi_view_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
+
+static void pdi_view_fill(const pd_model *m, pd_field field, int64_t cells, double *out)
+{
+    const pd_grid *g = &m->grid;
+    const double *v = field == PD_FIELD_V ? pdi_model_velocity(m) : NULL;
+    int at[PD_DIM];
+    memset(at, 0, sizeof at);
+    for (int64_t cell = 0; cell < cells; cell++) {
+        int32_t i = pd_grid_node(g, at);
+        if (!v) out[cell] = pdi_sample_node(m, field, i);
+        for (int d = 0; d < PD_DIM && v; d++)
+            out[d * cells + cell] = g->kind[i] == PD_FLUID ? v[(int64_t)d * g->total + i] : 0.0;
+        for (int d = 0; d < PD_DIM && ++at[d] == g->n[d]; d++) at[d] = 0;
+    }
+}
+
+PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
+{
+    const pd_grid *g = &model->grid;
+    int field = 0;
+    memset(view, 0, sizeof *view);
+    while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name((pd_field)field), name) != 0) field++;
+    if (field == PD_FIELD_COUNT)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
+                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density or damage",
+                        name);
+    const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
+    if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
+    views->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
+    if (!views->field[field])
+        PDI_TRY(PDI_NEW(ctx, "view", pdi_view_components(field) * views->cells, views->field[field]));
+    pdi_sample_prepare(ctx, model, 1u << field);
+    pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
+    view->data = views->field[field];
+    view->label = pdi_sample_label((pd_field)field);
+    view->components = pdi_view_components(field);
+    view->part = views->cells;
+    for (int d = 0; d < PD_DIM; d++) {
+        view->n[d] = g->n[d];
+        view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, pdi_view_components(k) * views->cells, views->field[k]);
+    memset(views, 0, sizeof *views);
+}

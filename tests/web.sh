@@ -1,0 +1,31 @@
+#!/bin/sh
+# slow: yes
+# The page for browsers (drivers/web) in headless Chromium: messages at their lines, a pin that runs, pauses, stops, and
+# writes the files of pd2d. Screenshots come into build/web/screenshots.
+. tests/lib/script.sh
+. tests/lib/wasi.sh
+python=/usr/bin/python3
+for tool in chromium chromedriver; do command -v $tool > /dev/null || skip_all "$tool is not installed"; done
+$python -c 'import selenium' 2> /dev/null || skip_all "selenium for Python is not installed"
+
+${MAKE:-make} --no-print-directory BUILD="$build" "$build/web/index.html" > "$dir/log" 2>&1
+verdict "the page is built"
+if [ "$failed" != 0 ]; then
+    score
+    exit 1
+fi
+for dim in 1 2 3; do
+    size=$(wc -c < "$build/web/pdcorr${dim}d.wasm")
+    check "pdcorr${dim}d.wasm: $size bytes, expected less than a million" test "$size" -lt 1000000
+done
+
+sed 's/h = 5 um/h = 10 um/; s/until = 9 h/until = 1 h/' examples/scenes/mg_pin_2d.scene > "$dir/mg_pin_2d.scene"
+"$programs/pd2d" "$dir/mg_pin_2d.scene" --out "$dir/native" --threads 1 --quiet > "$dir/log" 2>&1
+verdict "pd2d runs the pin"
+timeout 900 $python tests/web.py "$build/web/index.html" "$dir" "$build/web/screenshots" \
+    "$(command -v chromium)" "$(command -v chromedriver)" > "$dir/found" 2> "$dir/log"
+verdict "the page was tried to the end"
+grep -v '^[0-9]* passed' "$dir/found"
+counts=$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed$/\1 \2/p' "$dir/found")
+passed=$((passed + ${counts% *} + 0)) failed=$((failed + ${counts#* } + 0))
+score
