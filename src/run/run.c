@@ -286,9 +286,10 @@ static pd_status pdi_run_steps(pdi_run *r)
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
-    PDI_TRY(pdi_output_close(r->ctx, &r->output));
-    if (!r->stopped) pdi_file_remove(r->checkpoint);
-    return PD_OK;
+    status = pdi_output_close(r->ctx, &r->output, !r->stopped);
+    if (status == PD_STOPPED) return pdi_run_halted(r);
+    if (status == PD_OK && !r->stopped) pdi_file_remove(r->checkpoint);
+    return status;
 }
 
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)

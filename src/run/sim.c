@@ -86,7 +86,7 @@ pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view
     pdi_sample_prepare(ctx, &sim->model, 1u << field);
     pdi_sim_fill(sim, (pd_field)field, sim->field[field]);
     view->data = sim->field[field];
-    view->label = pdi_sample_label((pd_field)field);
+    view->label = pdi_setup_field_label((pd_field)field);
     view->components = pdi_sim_components(field);
     view->part = sim->cells;
     for (int d = 0; d < PD_DIM; d++) {
