@@ -7084,6 +7084,7 @@ typedef struct pd_picture {
     int mirrored;          /* 1: the second axis counts distances from 0 */
     const char *widest;    /* stamp for which there is room, so that a series has one size; NULL: the own one */
     const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
 } pd_picture;
 
@@ -42562,6 +42563,13 @@ static const char *pdi_picture_axis(const pd_picture *p, int axis)
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
 
+static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
+{
+    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
+    int64_t label = (int64_t)floor(value + 0.5);
+    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
+}
+
 /* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
 static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
 {
@@ -42719,8 +42727,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS)
-        return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
+    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
     return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
 }
@@ -42810,7 +42817,8 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     for (int k = 0; k < rows; k++) {
         if (!l->present[k]) continue;
         pdi_picture_name(p, k, text);
-        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK, pdi_colour_label(k));
+        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
+                        pdi_picture_label_colour(p, k));
         pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
                         PDI_ALIGN_START, PDI_CANVAS_INK, text);
         y += PDI_PICTURE_ROW;
@@ -51704,14 +51712,18 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
                             &drawing->width);
 }
 
-/* Nothing is drawn. */
+/* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
     static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
-    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
-        if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
+    const char *value;
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+        if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
+        if (!pdi_text_has(r->ctx, r->text, r->section, "images"))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found without 'images', the fields that are drawn");
+        PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
+    }
     return PD_OK;
 }
 
@@ -54801,9 +54813,12 @@ static int pdi_images_moved(const pd_images *im, pd_field field)
     return im->move && pdi_images_metal(field);
 }
 
-static int pdi_images_drawn(const pd_images *im, int field) { return (int)(im->model->setup->images >> field & 1u); }
+static int pdi_images_drawn(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->images >> field & 1u);
+}
 
-static int pdi_images_log(const pd_images *im, int field)
+static int pdi_images_log(const pd_images *im, pd_field field)
 {
     return (int)(im->model->setup->drawing.log >> field & 1u);
 }
@@ -54940,7 +54955,7 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
 }
 
 /* The range does not depend on frames. */
-static int pdi_images_known(const pd_setup *u, int field)
+static int pdi_images_known(const pd_setup *u, pd_field field)
 {
     const double *range = u->drawing.range[field];
     int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
@@ -55015,7 +55030,9 @@ static void pdi_images_names(pd_field field, pd_picture *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
     static const char *const phases[] = {"fluid", "solid"};
+    static const uint32_t colours[] = {0xE8EAEDu, 0xC9DEF2u, 0x9A9DA1u, 0x3C4043u};
     picture->names = field == PD_FIELD_KIND ? kinds : field == PD_FIELD_PHASE ? phases : NULL;
+    picture->colours = field == PD_FIELD_KIND ? colours : field == PD_FIELD_PHASE ? colours + 1 : NULL;
     picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
 }
 
@@ -55202,7 +55219,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     if (im->move) pdi_images_moves(im);
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
-        if (!pdi_images_drawn(im, k)) continue;
+        if (!pdi_images_drawn(im, field)) continue;
         PDI_TRY(pdi_poll(ctx, "pictures", k));
         pdi_images_fill(im, field);
         if (pdi_images_moved(im, field)) {
@@ -55282,7 +55299,7 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (pdi_images_drawn(im, k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+        if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
     im->keeps = 0;
     pdi_file_remove(path);
     return PD_OK;
@@ -55293,9 +55310,11 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
 /* Frames are drawn again where their range may grow. */
 static int pdi_images_grow(const pd_images *im)
 {
-    for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (pdi_images_drawn(im, k) && (!pdi_images_known(im->model->setup, k) || pdi_images_moved(im, (pd_field)k)))
-            return 1;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        if (pdi_images_drawn(im, field) && !known) return 1;
+    }
     return 0;
 }
 
@@ -55339,6 +55358,8 @@ PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
     char path[PD_PATH_SIZE];
     if (!im->keeps) return PD_OK;
     PDI_TRY(pdi_folder_add(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
     return pdi_file_append(ctx, path, &im->kept);
 }
 

@@ -181,6 +181,13 @@ static const char *pdi_picture_axis(const pd_picture *p, int axis)
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
 
+static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
+{
+    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
+    int64_t label = (int64_t)floor(value + 0.5);
+    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
+}
+
 /* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
 static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
 {
@@ -338,8 +345,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS)
-        return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
+    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
     return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
 }
@@ -429,7 +435,8 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     for (int k = 0; k < rows; k++) {
         if (!l->present[k]) continue;
         pdi_picture_name(p, k, text);
-        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK, pdi_colour_label(k));
+        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
+                        pdi_picture_label_colour(p, k));
         pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
                         PDI_ALIGN_START, PDI_CANVAS_INK, text);
         y += PDI_PICTURE_ROW;

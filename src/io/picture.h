@@ -34,6 +34,7 @@ typedef struct pd_picture {
     int mirrored;          /* 1: the second axis counts distances from 0 */
     const char *widest;    /* stamp for which there is room, so that a series has one size; NULL: the own one */
     const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
 } pd_picture;
 

@@ -36,9 +36,12 @@ static int pdi_images_moved(const pd_images *im, pd_field field)
     return im->move && pdi_images_metal(field);
 }
 
-static int pdi_images_drawn(const pd_images *im, int field) { return (int)(im->model->setup->images >> field & 1u); }
+static int pdi_images_drawn(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->images >> field & 1u);
+}
 
-static int pdi_images_log(const pd_images *im, int field)
+static int pdi_images_log(const pd_images *im, pd_field field)
 {
     return (int)(im->model->setup->drawing.log >> field & 1u);
 }
@@ -175,7 +178,7 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
 }
 
 /* The range does not depend on frames. */
-static int pdi_images_known(const pd_setup *u, int field)
+static int pdi_images_known(const pd_setup *u, pd_field field)
 {
     const double *range = u->drawing.range[field];
     int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
@@ -250,7 +253,9 @@ static void pdi_images_names(pd_field field, pd_picture *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
     static const char *const phases[] = {"fluid", "solid"};
+    static const uint32_t colours[] = {0xE8EAEDu, 0xC9DEF2u, 0x9A9DA1u, 0x3C4043u};
     picture->names = field == PD_FIELD_KIND ? kinds : field == PD_FIELD_PHASE ? phases : NULL;
+    picture->colours = field == PD_FIELD_KIND ? colours : field == PD_FIELD_PHASE ? colours + 1 : NULL;
     picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
 }
 
@@ -437,7 +442,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     if (im->move) pdi_images_moves(im);
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
-        if (!pdi_images_drawn(im, k)) continue;
+        if (!pdi_images_drawn(im, field)) continue;
         PDI_TRY(pdi_poll(ctx, "pictures", k));
         pdi_images_fill(im, field);
         if (pdi_images_moved(im, field)) {
@@ -517,7 +522,7 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (pdi_images_drawn(im, k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+        if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
     im->keeps = 0;
     pdi_file_remove(path);
     return PD_OK;
@@ -528,9 +533,11 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
 /* Frames are drawn again where their range may grow. */
 static int pdi_images_grow(const pd_images *im)
 {
-    for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (pdi_images_drawn(im, k) && (!pdi_images_known(im->model->setup, k) || pdi_images_moved(im, (pd_field)k)))
-            return 1;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        if (pdi_images_drawn(im, field) && !known) return 1;
+    }
     return 0;
 }
 
@@ -574,6 +581,8 @@ PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
     char path[PD_PATH_SIZE];
     if (!im->keeps) return PD_OK;
     PDI_TRY(pdi_folder_add(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
     return pdi_file_append(ctx, path, &im->kept);
 }
 

@@ -178,14 +178,18 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
                             &drawing->width);
 }
 
-/* Nothing is drawn. */
+/* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
     static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
-    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
-        if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
+    const char *value;
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+        if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
+        if (!pdi_text_has(r->ctx, r->text, r->section, "images"))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found without 'images', the fields that are drawn");
+        PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
+    }
     return PD_OK;
 }
 

@@ -2224,6 +2224,7 @@ def declare(dim):
         ('mirrored', c_int),
         ('widest', c_char_p),
         ('names', POINTER(c_char_p)),
+        ('colours', POINTER(c_uint32)),
         ('name_count', c_int),
     ]
 
