@@ -163,7 +163,7 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 	$(BUILD)/lint
 
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
-QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_scene test_bond)
+QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond)
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
             EXTRA='-fsanitize=address,undefined -fno-sanitize-recover=all'
 
@@ -213,7 +213,7 @@ static: ## clang-tidy and cppcheck on src/, in three dimensions, as far as they 
 static-quick: ## cppcheck in 2D alone
 	sh tools/static.sh 2 cppcheck
 
-VALGRIND_TESTS = test_base_2d test_text_1d test_png_2d test_scene_1d test_file_2d test_bond_1d
+VALGRIND_TESTS = test_base_2d test_text_1d test_png_2d test_picture_2d test_scene_1d test_file_2d test_bond_1d
 valgrind: $(VALGRIND_TESTS:%=$(BUILD)/%) ## a handful of quick test programs under valgrind
 	sh tools/valgrind.sh $^
 

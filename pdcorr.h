@@ -148,12 +148,15 @@
  *     store      an archive in a file or in memory: named items with lengths and checksums.
  *     folder     the folder of a run: which files are its own, and that no other run writes there.
  *     png        reading and writing PNG images (W3C PNG, second edition), without any other library.
- *     canvas     drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
+ *     apng       films: images of one size one after the other in a PNG file (APNG 1.0). Readers that know PNG alone show the
+ *     svg        a drawing as vectors and text, SVG 1.1.
+ *     canvas     drawing on an RGB image, or as vectors: rectangles, smooth lines and discs, text, in images in a font of our
+ *     label      units in texts of pictures as they are printed: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
- *     picture    a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp.
+ *     picture    a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp.
  *     warp       pictures of cells that have moved.
- *     plot       curves and markers over two axes as a PNG.
+ *     plot       curves and markers over two axes as a PNG or SVG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *     scan       words and numbers of a text, and failures that name its line.
@@ -185,6 +188,7 @@
  *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
  *     read_flat  the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *     read_monitors reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
+ *     read_drawing reads from a scene how fields are drawn: keys of [output].
  *     read_measured reads the [measured NAME] sections of a scene: points of a watched figure, which a run is compared
  *     scene      reads a scene file, or a flat parameter file, into a setup.
  *   run/
@@ -197,6 +201,7 @@
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *     sample     values of the fields of a model at nodes and at points.
  *     view       output fields by name over the cells of the box, for programs that look at a model while it runs.
+ *     images     fields that are drawn at output times, one range of colours and one size for all frames of a field.
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *     summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
  *     monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
@@ -6831,6 +6836,19 @@ PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+/* Parts of such a file, for those that hold more than one image. */
+/* A big-endian number of four bytes. */
+PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value);
+/* PD_OK: the image can be written. */
+PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image);
+/* Signature and IHDR. */
+PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image);
+/* A chunk; data may be NULL where size is 0. */
+PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
+/* Append a whole file. */
+PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
+/* Append the packed pixels. */
+PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
 /* Read an image; palettes become RGB, or RGBA when they carry transparency. PD_ERR_FILE: not readable;
  * PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
@@ -6838,8 +6856,77 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 
 #endif
 
+/* ======== >>io/apng.h ======== */
+/* apng: films: images of one size one after the other in a PNG file (APNG 1.0). Readers that know PNG alone show the
+ * first image.
+ *
+ *   pdi_apng_create(&ctx, path, count, delay, &film), pdi_apng_add(&ctx, &film, &image) count times,
+ *   pdi_apng_commit(&ctx, &film)
+ */
+#ifndef PD_APNG_H
+#define PD_APNG_H
+
+#ifdef PDI_INTERNAL
+/* Zero-initialise. */
+typedef struct pdi_apng {
+    pd_file file;
+    int width, height, channels;
+    int count, done;   /* images in all and so far */
+    int delay;         /* [ms] between two */
+    uint32_t sequence; /* number of the next chunk of the film */
+} pdi_apng;
+
+/* Begin a film of `count` images, aside. The last one stays ten times as long; then the first one comes again.
+ * PD_ERR_ARGUMENT, PD_ERR_FILE. */
+PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
+/* Errors as of pdi_png_write; PD_ERR_ARGUMENT also: it is not of the size of the first one, or one too many. */
+PDI_FN pd_status pdi_apng_add(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
+/* Put the file in place. PD_ERR_ARGUMENT: images are missing. Closed on failure, too. */
+PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film);
+/* Remove what was written aside. Allowed on a closed or zeroed film. */
+PDI_FN void pdi_apng_abandon(pdi_apng *film);
+#endif
+
+#endif
+
+/* ======== >>io/svg.h ======== */
+/* svg: a drawing as vectors and text, SVG 1.1. */
+#ifndef PD_SVG_H
+#define PD_SVG_H
+
+#ifdef PDI_INTERNAL
+/* Zero-initialise. Of a failure the first is kept, and what comes later does nothing. */
+typedef struct pdi_svg {
+    pd_ctx *ctx;
+    pdi_bytes text;
+    pd_status status;
+    int clips;   /* so far */
+    int clipped; /* one is open */
+} pdi_svg;
+
+/* Colours 0xRRGGBB; lengths in pixels. */
+PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg);
+PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
+PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
+PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
+/* anchor: "start", "middle", "end"; up: turned to read upward; (x, y): on the baseline. UTF-8; signs that XML does not
+ * have become question marks. */
+PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,
+                         const char *text);
+/* An image as PNG, at its size. */
+PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image);
+/* What follows is cut to the rectangle, until the next call; width 0: to nothing. */
+PDI_FN void pdi_svg_clip(pdi_svg *svg, int left, int top, int width, int height);
+/* End it, and write the file aside and rename it. The first failure. */
+PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
+PDI_FN void pdi_svg_free(pdi_svg *svg);
+#endif
+
+#endif
+
 /* ======== >>io/canvas.h ======== */
-/* canvas: drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
+/* canvas: drawing on an RGB image, or as vectors: rectangles, smooth lines and discs, text, in images in a font of our
+ * own.
  *
  * Coordinates are pixels, x to the right, y down; colours are 0xRRGGBB. Drawing outside the clip rectangle is cut.
  */
@@ -6852,7 +6939,8 @@ PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);
 #define PDI_CANVAS_PAPER 0xFFFFFFu /* colour of the ground */
 
 typedef struct pdi_canvas {
-    pd_image image;
+    pd_image image;               /* vectors: without pixels */
+    pdi_svg *svg;                 /* NULL: pixels */
     int left, top, right, bottom; /* clip rectangle, right and bottom excluded */
 } pdi_canvas;
 
@@ -6865,6 +6953,12 @@ typedef enum pdi_align {
 
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
+/* The same with vectors; free svg with pdi_svg_free. */
+PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
+/* Draw an image, its upper left corner there; of vectors alone. */
+PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
+/* 1: the path is that of a file of vectors. */
+PDI_FN int pdi_canvas_is_vector(const char *path);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
 /* Fill [left, right) x [top, bottom). */
@@ -6874,7 +6968,7 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
 /* Straight stroke with round ends; pixel centres lie at half-integers. */
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour);
-/* ASCII text; y is the top of the capitals. */
+/* UTF-8 text of ASCII, µ, ·, °, × and raised digits; y is the top of the capitals. */
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* The same turned to read upward; x is the top of the capitals (their left side), y the anchor. */
 PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
@@ -6882,6 +6976,24 @@ PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align
 PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
 /* Width of a text [pixel]. */
 PDI_FN int pdi_canvas_text_width(const char *text);
+#endif
+
+#endif
+
+/* ======== >>io/label.h ======== */
+/* label: units in texts of pictures as they are printed: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³". */
+#ifndef PD_LABEL_H
+#define PD_LABEL_H
+
+#ifdef PDI_INTERNAL
+#define PDI_LABEL_SIZE 512 /* [byte] of a label with its end */
+
+/* UTF-8 of a raised digit or minus. */
+PDI_FN const char *pdi_label_raised(char sign);
+/* out[PDI_LABEL_SIZE], UTF-8, of a text with units in brackets; what does not fit is cut off. Returns out. */
+PDI_FN const char *pdi_label_print(const char *text, char *out);
+/* The same of a number and its unit, "1.3 um/h". */
+PDI_FN const char *pdi_label_value(const char *text, char *out);
 #endif
 
 #endif
@@ -6900,11 +7012,13 @@ typedef struct pdi_ticks {
     int exponent; /* the labels show value / 10^exponent (linear axes) */
     int count;
     double at[PDI_TICKS_TICKS];
-    char label[PDI_TICKS_TICKS][24]; /* empty: a minor tick */
+    char label[PDI_TICKS_TICKS][32]; /* UTF-8; empty: a minor tick */
 } pdi_ticks;
 
 /* Choose at most about `most` labelled ticks inside lo..hi: steps of 1, 2 or 5 times a power of ten, or decades. */
 PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis);
+/* "10" with raised digits, into text[32]. */
+PDI_FN void pdi_ticks_power(int exponent, char *text);
 /* Place of a value along the axis: 0 at lo, 1 at hi. */
 PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value);
 /* Open a range that is empty to the eye (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then a margin of `share`
@@ -6922,12 +7036,14 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis);
 typedef enum pd_map {
     PD_MAP_SEQUENTIAL = 0, /* dark violet over teal to light yellow */
     PD_MAP_DIVERGING = 1,  /* blue over near white (the middle) to red, for signed fields */
-    PD_MAP_LABELS = 2      /* a colour for each whole number: grains, kinds */
+    PD_MAP_LABELS = 2,     /* a colour for each whole number: grains, kinds */
+    PD_MAP_GREY = 3,       /* dark to light grey */
+    PD_MAP_VIRIDIS = 4     /* through the colours of the map of that name (van der Walt and Smith 2015) */
 } pd_map;
 
 #ifdef PDI_INTERNAL
 #define PDI_COLOUR_COUNT 256 /* colours of a table */
-/* 0xRRGGBB from low to high, for the first two maps. */
+/* 0xRRGGBB from low to high, for all maps but labels. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
 /* The colour of a whole number. */
 PDI_FN uint32_t pdi_colour_label(int64_t number);
@@ -6938,9 +7054,14 @@ PDI_FN uint32_t pdi_colour_series(int k);
 #endif
 
 /* ======== >>io/picture.h ======== */
-/* picture: a field on a two-dimensional lattice as a PNG with axes, colour bar, title and time stamp. */
+/* picture: a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp. */
 #ifndef PD_PICTURE_H
 #define PD_PICTURE_H
+
+#define PD_PICTURE_WIDTH 1000 /* pixels that the width of a field aims at */
+#define PD_PICTURE_SQUAT 0.9 /* times that: pixels that its height aims at */
+#define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
+#define PD_PICTURE_MOST 4000 /* largest one */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -6958,18 +7079,30 @@ typedef struct pd_picture {
     double lo[2], hi[2];   /* [m] the rectangle that the cells fill */
     double range_lo, range_hi; /* [-] of the colours; equal: of the shown values (diverging: symmetric about 0) */
     pd_map map;
-    int magnification;     /* pixels per cell; 0: so that the field is about 1000 pixels wide */
+    int magnification;     /* pixels per cell; 0: so that the field is about `width` pixels wide */
     const char *title, *stamp, *label; /* "Mg pin", "t = 6.1 s", "C [mol/m3]"; NULL: none */
+    int width;             /* [pixel] that the width of the field aims at, its height at 0.9 of that; 0: 1000 */
+    int log;               /* 1: colours by the logarithm; values of zero and below are left blank */
+    int smooth;            /* 1: linear between the middles of cells; 0: a cell has one colour */
+    const char *axes[2];   /* "r"; NULL: x, y */
+    int mirrored;          /* 1: the second axis counts distances from 0 */
+    const char *widest;    /* stamp for which there is room, so that a series has one size; NULL: the own one */
+    const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
+    const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
+    int name_count;
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)
 
 #ifdef PDI_INTERNAL
+/* From the smallest and the largest value (log_scale: that is positive) to the ends of the range of colours: a
+ * diverging one is symmetric, a logarithmic one has at most eight decades; lo > hi: there is no value. */
+PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi);
 /* Draw into an RGB image (freed by pdi_image_free). Scales of the axes are equal as far as whole pixels allow; a strip
  * thinner than 120 pixels is stretched and the axis says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
 #endif
-/* Draw and write as PNG. Also PD_ERR_FILE. */
+/* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
 
 #endif
@@ -6989,17 +7122,23 @@ typedef struct pdi_warp {
     const double *move;      /* [2][nx * ny] [m] displacements as they are drawn; NaN: the cell stays */
     int (*joined)(const void *user, int cell, int other); /* do both hold together? */
     const void *user;
+    double lo[2], hi[2];     /* [m] the paper; lo == hi: wide enough for all that moves */
 } pdi_warp;
 
-/* Draw into an RGB image (freed by pdi_image_free), on paper that is wide enough for all that moves. Also
+/* Widen lo .. hi to the box and all that moves; start with lo above hi. PD_ERR_ARGUMENT as below. */
+PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *warp, double *lo, double *hi);
+
+/* Draw into an RGB image (freed by pdi_image_free). What moves beyond the paper is not shown. Also
  * PD_ERR_ARGUMENT: displacements of more than ten times the size of the picture. */
 PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *warp, pd_image *image);
+/* Draw and write as pd_picture_write. */
+PDI_FN pd_status pdi_warp_write(pd_ctx *ctx, const char *path, const pdi_warp *warp);
 #endif
 
 #endif
 
 /* ======== >>io/plot.h ======== */
-/* plot: curves and markers over two axes as a PNG. */
+/* plot: curves and markers over two axes as a PNG or SVG. */
 #ifndef PD_PLOT_H
 #define PD_PLOT_H
 
@@ -7037,7 +7176,7 @@ typedef struct pd_plot {
 /* Draw into an RGB image (freed by pdi_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 #endif
-/* Draw and write as PNG. Also PD_ERR_FILE. */
+/* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
 
 #endif
@@ -8012,6 +8151,18 @@ typedef struct pd_setup_body {
     pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_body;
 
+/* How fields are drawn; zero: as without keys. */
+typedef struct pd_setup_drawing {
+    double range[PD_FIELD_COUNT][2]; /* [unit of the field] of the colours; equal: that of all frames */
+    int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: that of the field */
+    unsigned log;                    /* bit k: pd_field k by its logarithm */
+    double percentile;               /* [-] share of the values of a frame that count for its range; 0: all */
+    int width;                       /* [pixel] of the field; 0: as of pd_picture */
+    int smooth;                      /* 1: linear between the middles of cells */
+    int animate;                     /* 1: a film of each field */
+    unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
+} pd_setup_drawing;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -8106,6 +8257,7 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
+    pd_setup_drawing drawing;
     double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
@@ -8143,6 +8295,12 @@ PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_setup_field_label(pd_field field);
+/* unit[PD_UNITS_TEXT]: "mol/m3"; "": it is a plain number. */
+PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
+/* 1: its values are whole numbers that name something. */
+PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* Section of a kind of monitor: "line", ... */
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
@@ -8445,6 +8603,18 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
 /* "x 1 mm": an axis and a place [m] inside the box. */
 PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                          const char *key, int *axis, double *at);
+#endif
+
+#endif
+
+/* ======== >>scene/read_drawing.h ======== */
+/* read_drawing: reads from a scene how fields are drawn: keys of [output]. */
+#ifndef PD_READ_DRAWING_H
+#define PD_READ_DRAWING_H
+
+#ifdef PDI_INTERNAL
+/* Keys of the section into the setup, whose `images` are known. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup);
 #endif
 
 #endif
@@ -8791,8 +8961,6 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 #define PD_SAMPLE_H
 
 #ifdef PDI_INTERNAL
-/* "C [mol/m3]" */
-PDI_FN const char *pdi_sample_label(pd_field field);
 /* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
@@ -8841,6 +9009,61 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
 
 #endif
 
+/* ======== >>run/images.h ======== */
+/* images: fields that are drawn at output times, one range of colours and one size for all frames of a field.
+ *
+ * A frame is drawn at once, with the range of the frames so far. What it shows is kept in a file, PD_IMAGES_KEPT. In
+ * the end frames whose range has grown since are drawn again, and films are made. That file is not needed where all
+ * ranges are given and there is no film.
+ */
+#ifndef PD_IMAGES_H
+#define PD_IMAGES_H
+
+#define PD_IMAGES_KEPT "pictures.bin"
+
+/* What all frames of a field have in common, so far. */
+typedef struct pd_images_view {
+    double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
+    double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+} pd_images_view;
+
+typedef struct pd_images {
+    const pd_model *model;
+    pd_folder *folder;
+    int right, up, below;    /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
+    int nx, ny;
+    int64_t cells;
+    double *cell;            /* [cells] [unit of the field] */
+    uint8_t *paint;          /* [cells] pd_paint */
+    double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
+    uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
+    pd_images_view view[PD_FIELD_COUNT];
+    int64_t frames;          /* so far */
+    int64_t last;            /* number of the last frame */
+    int live;                /* 1: the last picture of each field is there under a name of its own, too */
+    unsigned latest;         /* bit k: pd_field k has it */
+    int keeps;               /* 1: frames are kept, in: */
+    pd_file kept;
+    int64_t length;          /* [byte] of it when the checkpoint was made */
+} pd_images;
+
+#ifdef PDI_INTERNAL
+/* model and folder are borrowed. */
+PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *images);
+/* Begin the file of a new run. */
+PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *images);
+/* Note where the pictures stand; or read it back, and go on with the file as it was then. */
+PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *images, pd_archive *archive);
+/* Draw all fields of this instant, with pdi_sample_prepare before. */
+PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *images, int frame);
+/* All frames are there: those with a smaller range are drawn again, and films are made. PD_STOPPED. */
+PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *images);
+PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
+#endif
+
+#endif
+
 /* ======== >>run/output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
@@ -8861,15 +9084,11 @@ typedef struct pd_output {
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
-    int live;                 /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;          /* bit k: pd_field k has it */
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
     double *displaced;        /* [PD_DIM][total] [m] */
-    double *cell;             /* [cells] [unit of the field] of the drawn plane */
-    uint8_t *paint;           /* [cells] */
-    int64_t cells;
+    pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, time_room, loss_room;
 } pd_output;
@@ -8887,8 +9106,9 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
 PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */
 PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
-/* The curve of the volume loss; close the tables. */
-PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out);
+/* The curve of the volume loss; close the tables. over: the run goes on no more, and its pictures get one range.
+ * PD_STOPPED: while they do. */
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 #endif
 
@@ -40777,7 +40997,7 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 /* What a run writes: a name without folder and with one of these endings. */
 static int pdi_folder_own(const char *name)
 {
-    static const char *const ends[] = {".csv", ".png", ".vti", ".pvd", ".bin"};
+    static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
     size_t length = strlen(name);
     if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
     for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
@@ -41018,7 +41238,7 @@ static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above,
 
 /* Writing. */
 
-static void pdi_png_put32(uint8_t *at, uint32_t value)
+PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value)
 {
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
@@ -41076,36 +41296,54 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
     }
 }
 
-static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
+/* What stands before and behind the data of a chunk. */
+static void pdi_png_ends(const char *type, const uint8_t *data, size_t size, uint8_t head[8], uint8_t tail[4])
 {
-    uint8_t head[8], tail[4];
     pdi_png_put32(head, (uint32_t)size);
     memcpy(head + 4, type, 4);
-    pdi_png_put32(tail, pdi_zlib_crc(pdi_zlib_crc(0, head + 4, 4), data, size));
+    uint32_t crc = pdi_zlib_crc(0, head + 4, 4);
+    pdi_png_put32(tail, size ? pdi_zlib_crc(crc, data, size) : crc);
+}
+
+PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
+{
+    uint8_t head[8], tail[4];
+    pdi_png_ends(type, data, size, head, tail);
     PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
-    PDI_TRY(pdi_file_write(ctx, file, data, size));
+    if (size) PDI_TRY(pdi_file_write(ctx, file, data, size));
     return pdi_file_write(ctx, file, tail, sizeof tail);
+}
+
+static void pdi_png_header_of(const pd_image *image, uint8_t header[13])
+{
+    memset(header, 0, 13);
+    pdi_png_put32(header, (uint32_t)image->width);
+    pdi_png_put32(header + 4, (uint32_t)image->height);
+    header[8] = 8;
+    header[9] = image->channels == 3 ? 2 : 0;
+}
+
+PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image)
+{
+    uint8_t header[13];
+    pdi_png_header_of(image, header);
+    PDI_TRY(pdi_file_write(ctx, file, pdi_png_signature, sizeof pdi_png_signature));
+    return pdi_png_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
 static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
-    uint8_t header[13] = {0};
-    pdi_png_put32(header, (uint32_t)image->width);
-    pdi_png_put32(header + 4, (uint32_t)image->height);
-    header[8] = 8;
-    header[9] = image->channels == 3 ? 2 : 0;
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_file_write(ctx, &file, pdi_png_signature, sizeof pdi_png_signature);
-    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IHDR", header, sizeof header);
+    pd_status status = pdi_png_head(ctx, &file, image);
     if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IDAT", packed->data, packed->size);
-    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IEND", packed->data, 0);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IEND", NULL, 0);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);
     return status;
 }
 
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
@@ -41115,12 +41353,16 @@ PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *im
     if (image->width > PD_PNG_MAX_PIXELS / image->height)
         return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed)
+{
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
     size_t size = (rows + 1) * (stride + 1);
     int nt = pdi_par_threads(ctx, (int64_t)(size / 4));
     (void)nt;
     uint8_t *filtered = NULL;
-    pdi_bytes packed = {NULL, 0, 0};
     PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
     const uint8_t *zeros = filtered + rows * (stride + 1);
     PDI_PARALLEL_FOR(nt)
@@ -41128,11 +41370,42 @@ PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *im
         const uint8_t *row = image->pixels + (size_t)r * stride;
         pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
     }
-    pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), &packed);
+    pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), packed);
     PDI_DELETE(ctx, size, filtered);
+    return status;
+}
+
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+{
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(pdi_png_check(ctx, image));
+    pd_status status = pdi_png_pack(ctx, image, &packed);
     if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
     return status;
+}
+
+static pd_status pdi_png_add(pd_ctx *ctx, pdi_bytes *out, const char *type, const uint8_t *data, size_t size)
+{
+    uint8_t head[8], tail[4];
+    pdi_png_ends(type, data, size, head, tail);
+    PDI_TRY(pdi_bytes_add(ctx, out, head, sizeof head));
+    if (size) PDI_TRY(pdi_bytes_add(ctx, out, data, size));
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+}
+
+PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out)
+{
+    uint8_t header[13];
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(pdi_png_check(ctx, image));
+    pdi_png_header_of(image, header);
+    PDI_TRY(pdi_bytes_add(ctx, out, pdi_png_signature, sizeof pdi_png_signature));
+    PDI_TRY(pdi_png_add(ctx, out, "IHDR", header, sizeof header));
+    pd_status status = pdi_png_pack(ctx, image, &packed);
+    if (status == PD_OK) status = pdi_png_add(ctx, out, "IDAT", packed.data, packed.size);
+    pdi_bytes_free(ctx, &packed);
+    return status == PD_OK ? pdi_png_add(ctx, out, "IEND", NULL, 0) : status;
 }
 
 /* Reading. */
@@ -41327,6 +41600,290 @@ PDI_COLD_END
 
 #ifdef PDI_COLD
 #pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>io/apng.c ======== */
+/* apng: see apng.h */
+#include <string.h>
+
+#define PDI_APNG_LAST 10 /* times the delay: how long the last image stays */
+
+PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film)
+{
+    memset(film, 0, sizeof *film);
+    if (count < 1 || delay < 1 || delay > 6000)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, one in %d ms, expected at least 1, and 1 to 6000 ms",
+                        count, delay);
+    film->count = count;
+    film->delay = delay;
+    return pdi_file_create(ctx, path, &film->file);
+}
+
+/* What stands before the first image. */
+static pd_status pdi_apng_begin(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
+{
+    uint8_t control[8];
+    film->width = image->width;
+    film->height = image->height;
+    film->channels = image->channels;
+    pdi_png_put32(control, (uint32_t)film->count);
+    pdi_png_put32(control + 4, 0); /* again and again */
+    PDI_TRY(pdi_png_head(ctx, &film->file, image));
+    return pdi_png_chunk(ctx, &film->file, "acTL", control, sizeof control);
+}
+
+static pd_status pdi_apng_control(pd_ctx *ctx, pdi_apng *film)
+{
+    uint8_t control[26] = {0};
+    uint32_t delay = (uint32_t)(film->done + 1 < film->count ? film->delay : PDI_APNG_LAST * film->delay);
+    pdi_png_put32(control, film->sequence++);
+    pdi_png_put32(control + 4, (uint32_t)film->width);
+    pdi_png_put32(control + 8, (uint32_t)film->height);
+    pdi_png_put32(control + 20, delay << 16 | 1000u); /* a fraction of a second: two numbers of 16 bits */
+    return pdi_png_chunk(ctx, &film->file, "fcTL", control, sizeof control);
+}
+
+PDI_FN pd_status pdi_apng_add(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
+{
+    uint8_t number[4];
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(pdi_png_check(ctx, image));
+    if (film->done >= film->count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->count);
+    if (film->done == 0) PDI_TRY(pdi_apng_begin(ctx, film, image));
+    if (image->width != film->width || image->height != film->height || image->channels != film->channels)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
+                        image->height, film->width, film->height);
+    PDI_TRY(pdi_apng_control(ctx, film));
+    pd_status status = PD_OK;
+    if (film->done > 0) {
+        pdi_png_put32(number, film->sequence++);
+        status = pdi_bytes_add(ctx, &packed, number, sizeof number);
+    }
+    if (status == PD_OK) status = pdi_png_pack(ctx, image, &packed);
+    if (status == PD_OK)
+        status = pdi_png_chunk(ctx, &film->file, film->done > 0 ? "fdAT" : "IDAT", packed.data, packed.size);
+    pdi_bytes_free(ctx, &packed);
+    film->done++;
+    return status;
+}
+
+PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film)
+{
+    pd_status status = PD_OK;
+    if (film->done != film->count)
+        status = pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, expected %d", film->done, film->count);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &film->file, "IEND", NULL, 0);
+    if (status == PD_OK) return pdi_file_commit(ctx, &film->file);
+    pdi_file_abandon(&film->file);
+    return status;
+}
+
+PDI_FN void pdi_apng_abandon(pdi_apng *film) { pdi_file_abandon(&film->file); }
+
+#undef PDI_APNG_LAST
+
+/* ======== >>io/svg.c ======== */
+/* svg: see svg.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_SVG_FONT 19 /* [pixel] size of letters, whose capitals are as high as those of the canvas */
+#define PDI_SVG_LARGEST 1e6 /* [pixel] largest coordinate */
+
+static void pdi_svg_add(pdi_svg *svg, const void *data, size_t size)
+{
+    if (svg->status == PD_OK) svg->status = pdi_bytes_add(svg->ctx, &svg->text, data, size);
+}
+
+static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, text, strlen(text)); }
+
+/* name="value" of a length, whatever the locale. */
+static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+{
+    char text[64];
+    long hundredths = lround(100.0 * fmax(-PDI_SVG_LARGEST, fmin(PDI_SVG_LARGEST, value)));
+    long size = hundredths < 0 ? -hundredths : hundredths;
+    snprintf(text, sizeof text, " %s=\"%s%ld.%02ld\"", name, hundredths < 0 ? "-" : "", size / 100, size % 100);
+    pdi_svg_string(svg, text);
+}
+
+static void pdi_svg_colour(pdi_svg *svg, const char *name, uint32_t colour)
+{
+    char text[48];
+    snprintf(text, sizeof text, " %s=\"#%06x\"", name, (unsigned)(colour & 0xFFFFFFu));
+    pdi_svg_string(svg, text);
+}
+
+PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg)
+{
+    char text[320];
+    memset(svg, 0, sizeof *svg);
+    svg->ctx = ctx;
+    snprintf(text, sizeof text,
+             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
+             "xmlns:xlink=\"http://www.w3.org/1999/xlink\" version=\"1.1\" width=\"%d\" height=\"%d\" "
+             "viewBox=\"0 0 %d %d\" font-family=\"DejaVu Sans, Verdana, Arial, sans-serif\" font-size=\"%d\">\n",
+             width, height, width, height, PDI_SVG_FONT);
+    pdi_svg_string(svg, text);
+    pdi_svg_rectangle(svg, 0, 0, width, height, 0xFFFFFFu);
+}
+
+PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour)
+{
+    char text[128];
+    if (width < 1 || height < 1) return;
+    snprintf(text, sizeof text, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"", left, top, width, height);
+    pdi_svg_string(svg, text);
+    pdi_svg_colour(svg, "fill", colour);
+    pdi_svg_string(svg, "/>\n");
+}
+
+PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour)
+{
+    pdi_svg_string(svg, "<rect");
+    pdi_svg_length(svg, "x", left);
+    pdi_svg_length(svg, "y", top);
+    pdi_svg_length(svg, "width", width);
+    pdi_svg_length(svg, "height", height);
+    pdi_svg_colour(svg, "stroke", colour);
+    pdi_svg_string(svg, " fill=\"none\"/>\n");
+}
+
+PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour)
+{
+    pdi_svg_string(svg, "<line");
+    pdi_svg_length(svg, "x1", xa);
+    pdi_svg_length(svg, "y1", ya);
+    pdi_svg_length(svg, "x2", xb);
+    pdi_svg_length(svg, "y2", yb);
+    pdi_svg_length(svg, "stroke-width", width);
+    pdi_svg_colour(svg, "stroke", colour);
+    pdi_svg_string(svg, " stroke-linecap=\"round\"/>\n");
+}
+
+/* Bytes of the letter of UTF-8 that stands there; 0: it is none, or one that XML does not have. */
+static size_t pdi_svg_letter(const char *text)
+{
+    const unsigned char *p = (const unsigned char *)text;
+    size_t size = p[0] < 0x80 ? 1 : p[0] >= 0xC2 && p[0] < 0xE0 ? 2 : p[0] >= 0xE0 && p[0] < 0xF0 ? 3 :
+                  p[0] >= 0xF0 && p[0] < 0xF5 ? 4 : 0;
+    for (size_t k = 1; k < size; k++)
+        if ((p[k] & 0xC0) != 0x80) return 0;
+    if (p[0] < 32 || p[0] == 127) return 0;
+    if (p[0] == 0xE0 && p[1] < 0xA0) return 0; /* longer than need be */
+    if (p[0] == 0xED && p[1] >= 0xA0) return 0; /* halves of letters */
+    if (p[0] == 0xEF && p[1] == 0xBF && p[2] >= 0xBE) return 0;
+    if ((p[0] == 0xF0 && p[1] < 0x90) || (p[0] == 0xF4 && p[1] >= 0x90)) return 0;
+    return size;
+}
+
+PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,
+                         const char *text)
+{
+    if (!text[0]) return;
+    pdi_svg_string(svg, "<text");
+    pdi_svg_length(svg, "x", up ? -y : x);
+    pdi_svg_length(svg, "y", up ? x : y);
+    pdi_svg_colour(svg, "fill", colour);
+    if (up) pdi_svg_string(svg, " transform=\"rotate(-90)\"");
+    if (bold) pdi_svg_string(svg, " font-weight=\"bold\"");
+    pdi_svg_string(svg, " text-anchor=\"");
+    pdi_svg_string(svg, anchor);
+    pdi_svg_string(svg, "\">");
+    while (*text) {
+        size_t size = pdi_svg_letter(text);
+        if (*text == '&') pdi_svg_string(svg, "&amp;");
+        else if (*text == '<') pdi_svg_string(svg, "&lt;");
+        else if (*text == '>') pdi_svg_string(svg, "&gt;");
+        else if (size) pdi_svg_add(svg, text, size);
+        else pdi_svg_string(svg, "?");
+        text += size ? size : 1;
+    }
+    pdi_svg_string(svg, "</text>\n");
+}
+
+/* Base 64 (RFC 4648). */
+static void pdi_svg_base64(pdi_svg *svg, const uint8_t *data, size_t size)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    char line[76];
+    size_t used = 0;
+    for (size_t k = 0; k < size; k += 3) {
+        uint32_t three = (uint32_t)data[k] << 16;
+        if (k + 1 < size) three |= (uint32_t)data[k + 1] << 8;
+        if (k + 2 < size) three |= data[k + 2];
+        for (int d = 0; d < 4; d++) line[used++] = digits[three >> (18 - 6 * d) & 63];
+        if (k + 1 >= size) line[used - 2] = '=';
+        if (k + 2 >= size) line[used - 1] = '=';
+        if (used < sizeof line) continue;
+        pdi_svg_add(svg, line, used);
+        used = 0;
+    }
+    pdi_svg_add(svg, line, used);
+}
+
+PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image)
+{
+    char text[160];
+    pdi_bytes png = {NULL, 0, 0};
+    if (svg->status != PD_OK) return;
+    svg->status = pdi_png_encode(svg->ctx, image, &png);
+    snprintf(text, sizeof text, "<image x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" ", left, top, image->width,
+             image->height);
+    pdi_svg_string(svg, text);
+    pdi_svg_string(svg, "xlink:href=\"data:image/png;base64,");
+    pdi_svg_base64(svg, png.data, png.size);
+    pdi_svg_string(svg, "\"/>\n");
+    pdi_bytes_free(svg->ctx, &png);
+}
+
+PDI_FN void pdi_svg_clip(pdi_svg *svg, int left, int top, int width, int height)
+{
+    char text[160];
+    if (svg->clipped) pdi_svg_string(svg, "</g>\n");
+    svg->clipped = width > 0;
+    if (!svg->clipped) return;
+    snprintf(text, sizeof text, "<clipPath id=\"clip%d\">", svg->clips);
+    pdi_svg_string(svg, text);
+    pdi_svg_rectangle(svg, left, top, width, height, 0);
+    pdi_svg_string(svg, "</clipPath>\n");
+    snprintf(text, sizeof text, "<g clip-path=\"url(#clip%d)\">\n", svg->clips++);
+    pdi_svg_string(svg, text);
+}
+
+PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path)
+{
+    pd_file file;
+    pdi_svg_clip(svg, 0, 0, 0, 0);
+    pdi_svg_string(svg, "</svg>\n");
+    if (svg->status != PD_OK) return svg->status;
+    PDI_TRY(pdi_file_create(svg->ctx, path, &file));
+    pd_status status = pdi_file_write(svg->ctx, &file, svg->text.data, svg->text.size);
+    if (status == PD_OK) return pdi_file_commit(svg->ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+PDI_FN void pdi_svg_free(pdi_svg *svg)
+{
+    if (svg->ctx) pdi_bytes_free(svg->ctx, &svg->text);
+    memset(svg, 0, sizeof *svg);
+}
+
+#undef PDI_SVG_FONT
+#undef PDI_SVG_LARGEST
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
 #pragma GCC optimize ("O1")
 #endif
 
@@ -41338,8 +41895,8 @@ PDI_COLD_END
 #define PDI_CANVAS_COLUMNS 5 /* width of a glyph */
 #define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
 
-/* Glyphs of ASCII 32..126; bit 5 r + c is the dot in row r, column c. */
-static const uint64_t pdi_canvas_font[95] = {
+/* Glyphs of ASCII 32..126 and of four signs; bit 5 r + c is the dot in row r, column c. */
+static const uint64_t pdi_canvas_font[99] = {
     0x000000000000ULL, 0x000040108421ULL, 0x0000000014A5ULL, 0x000295F57D4AULL, 0x00011F4717C4ULL,
     0x000674222173ULL, 0x000593511526ULL, 0x000000000421ULL, 0x000104108444ULL, 0x000044421041ULL,
     0x000009575480ULL, 0x0000084F9080ULL, 0x02218C000000ULL, 0x000000078000ULL, 0x0000C6000000ULL,
@@ -41358,15 +41915,54 @@ static const uint64_t pdi_canvas_font[95] = {
     0x00024A32A421ULL, 0x000082108421ULL, 0x00056B5AAC00ULL, 0x00046318BC00ULL, 0x0003A318B800ULL,
     0x010BE318BC00ULL, 0x1087A318F800ULL, 0x00004211B400ULL, 0x0001D060B800ULL, 0x000304213C42ULL,
     0x0007A318C400ULL, 0x000114A8C400ULL, 0x0002AB5AC400ULL, 0x000454454400ULL, 0x0E87A318C400ULL,
-    0x0007C4447C00ULL, 0x00030420884CULL, 0x000042108421ULL, 0x0000C8441083ULL, 0x00000006C800ULL
+    0x0007C4447C00ULL, 0x00030420884CULL, 0x000042108421ULL, 0x0000C8441083ULL, 0x00000006C800ULL,
+    0x010DF318C400ULL, 0x000000318000ULL, 0x000000032526ULL, 0x000454454400ULL /* micro, middle dot, degree, times */
 };
+
+/* Letters of texts: an index into the glyphs, from 32 on; raised ones are smaller. */
+enum {
+    PDI_CANVAS_MICRO = 127,
+    PDI_CANVAS_DOT,
+    PDI_CANVAS_DEGREE,
+    PDI_CANVAS_TIMES,
+    PDI_CANVAS_RAISED = 256 /* added to the letter */
+};
+
+static pd_status pdi_canvas_size(pd_ctx *ctx, int width, int height)
+{
+    if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
+                    PD_PNG_MAX_PIXELS);
+}
+
+PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas)
+{
+    memset(canvas, 0, sizeof *canvas);
+    memset(svg, 0, sizeof *svg);
+    PDI_TRY(pdi_canvas_size(ctx, width, height));
+    pdi_svg_begin(ctx, width, height, svg);
+    canvas->svg = svg;
+    canvas->image.width = width;
+    canvas->image.height = height;
+    pdi_canvas_unclip(canvas);
+    return svg->status;
+}
+
+PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image)
+{
+    pdi_svg_image(canvas->svg, left, top, image);
+}
+
+PDI_FN int pdi_canvas_is_vector(const char *path)
+{
+    size_t length = strlen(path);
+    return length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+}
 
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)
 {
     memset(canvas, 0, sizeof *canvas);
-    if (width < 1 || height < 1 || width > PD_PNG_MAX_PIXELS / height)
-        return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
-                        PD_PNG_MAX_PIXELS);
+    PDI_TRY(pdi_canvas_size(ctx, width, height));
     size_t bytes = (size_t)width * (size_t)height * 3;
     PDI_TRY(PDI_NEW(ctx, "picture", bytes, canvas->image.pixels));
     memset(canvas->image.pixels, 0xff, bytes);
@@ -41383,6 +41979,10 @@ PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, in
     canvas->top = top > 0 ? top : 0;
     canvas->right = right < canvas->image.width ? right : canvas->image.width;
     canvas->bottom = bottom < canvas->image.height ? bottom : canvas->image.height;
+    if (!canvas->svg) return;
+    int wide = canvas->right - canvas->left, high = canvas->bottom - canvas->top;
+    int all = wide == canvas->image.width && high == canvas->image.height;
+    pdi_svg_clip(canvas->svg, canvas->left, canvas->top, all ? 0 : wide, high);
 }
 
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas)
@@ -41403,12 +42003,20 @@ static void pdi_canvas_blend(pdi_canvas *canvas, int x, int y, uint32_t colour, 
 
 PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
 {
+    if (canvas->svg) {
+        pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
+        return;
+    }
     for (int y = top; y < bottom; y++)
         for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
 {
+    if (canvas->svg) {
+        pdi_svg_frame(canvas->svg, left - 0.5, top - 0.5, right - left + 1.0, bottom - top + 1.0, colour);
+        return;
+    }
     pdi_canvas_fill(canvas, left - 1, top - 1, right + 1, top, colour);
     pdi_canvas_fill(canvas, left - 1, bottom, right + 1, bottom + 1, colour);
     pdi_canvas_fill(canvas, left - 1, top, left, bottom, colour);
@@ -41447,6 +42055,10 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     if (!pdi_canvas_cut(&xa, &ya, &xb, &yb, canvas->left - reach, canvas->right + reach) ||
         !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
         return;
+    if (canvas->svg) {
+        pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
+        return;
+    }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
     double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
@@ -41465,7 +42077,7 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
 }
 
 /* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters
- * come out at twice the size of the table with smooth edges. */
+ * come out at twice the size of the table with smooth edges. Raised ones are divided by three. */
 
 #define PDI_CANVAS_GLYPH 40 /* room for four times rows and columns with a margin */
 
@@ -41501,7 +42113,7 @@ static void pdi_canvas_double(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], 
 /* First ink column and number of columns; digits keep one width so that numbers line up. */
 static void pdi_canvas_extent(int letter, int *first, int *columns)
 {
-    uint64_t glyph = pdi_canvas_font[letter - 32];
+    uint64_t glyph = pdi_canvas_font[letter % PDI_CANVAS_RAISED - 32];
     int lo = PDI_CANVAS_COLUMNS, hi = -1;
     for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
         for (int r = 0; r < PDI_CANVAS_ROWS; r++)
@@ -41509,23 +42121,47 @@ static void pdi_canvas_extent(int letter, int *first, int *columns)
                 if (c < lo) lo = c;
                 hi = c;
             }
-    int fixed = letter >= '0' && letter <= '9';
+    int fixed = letter % PDI_CANVAS_RAISED >= '0' && letter % PDI_CANVAS_RAISED <= '9';
     *first = fixed || hi < 0 ? 0 : lo;
     *columns = fixed ? PDI_CANVAS_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
 }
 
-/* The next printable letter of a UTF-8 text, 0 at its end. A few signs of units have an ASCII stand-in. */
+/* Pixels that a letter takes, with the gap behind it. */
+static int pdi_canvas_advance(int letter, int columns)
+{
+    return letter < PDI_CANVAS_RAISED ? 2 * columns + 2 : (4 * columns + 2) / 3 + 1;
+}
+
+/* The letter of a code of Unicode, '?' where there is none. */
+static int pdi_canvas_code(uint32_t code)
+{
+    switch (code) {
+    case 0xB5: case 0x3BC: return PDI_CANVAS_MICRO;
+    case 0xB7: case 0x22C5: return PDI_CANVAS_DOT;
+    case 0xB0: return PDI_CANVAS_DEGREE;
+    case 0xD7: return PDI_CANVAS_TIMES;
+    case 0xB9: return PDI_CANVAS_RAISED + '1';
+    case 0xB2: case 0xB3: return PDI_CANVAS_RAISED + '0' + (int)(code - 0xB0);
+    case 0x207A: return PDI_CANVAS_RAISED + '+';
+    case 0x207B: return PDI_CANVAS_RAISED + '-';
+    case 0x2212: return '-';
+    default: break;
+    }
+    if (code == 0x2070 || (code >= 0x2074 && code <= 0x2079)) return PDI_CANVAS_RAISED + '0' + (int)(code - 0x2070);
+    return code >= 32 && code < 127 ? (int)code : '?';
+}
+
+/* The next letter of a UTF-8 text, 0 at its end. */
 static int pdi_canvas_letter(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
-    int letter = *p, second = 0;
-    if (!letter) return 0;
-    for (p++; letter >= 0x80 && (*p & 0xC0) == 0x80; p++) second = *p;
+    uint32_t code = *p;
+    if (!code) return 0;
+    code &= code < 0x80 ? 0x7Fu : code < 0xE0 ? 0x1Fu : code < 0xF0 ? 0xFu : 7u;
+    int wide = *p++ >= 0x80;
+    for (; wide && (*p & 0xC0) == 0x80; p++) code = code << 6 | (*p & 0x3Fu);
     *text = (const char *)p;
-    if (letter == 0xC2 && second == 0xB5) return 'u';
-    if (letter == 0xC2 && second == 0xB2) return '2';
-    if (letter == 0xC2 && second == 0xB3) return '3';
-    return letter >= 32 && letter < 127 ? letter : '?';
+    return pdi_canvas_code(code);
 }
 
 PDI_FN int pdi_canvas_text_width(const char *text)
@@ -41533,7 +42169,7 @@ PDI_FN int pdi_canvas_text_width(const char *text)
     int width = 0, first, columns;
     for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
         pdi_canvas_extent(letter, &first, &columns);
-        width += 2 * columns + 2;
+        width += pdi_canvas_advance(letter, columns);
     }
     return width ? width - 2 : 0;
 }
@@ -41543,7 +42179,7 @@ static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PD
     memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_GLYPH * PDI_CANVAS_GLYPH);
     for (int r = 0; r < PDI_CANVAS_ROWS; r++)
         for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
-            dots[r][c] = (uint8_t)pdi_canvas_dot(pdi_canvas_font[letter - 32], c, r);
+            dots[r][c] = (uint8_t)pdi_canvas_dot(pdi_canvas_font[letter % PDI_CANVAS_RAISED - 32], c, r);
     int square = letter == '[' || letter == ']'; /* round ones would pass for parentheses */
     pdi_canvas_double(dots, PDI_CANVAS_COLUMNS, PDI_CANVAS_ROWS, square);
     pdi_canvas_double(dots, 2 * PDI_CANVAS_COLUMNS, 2 * PDI_CANVAS_ROWS, square);
@@ -41555,17 +42191,34 @@ static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t 
     uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
     int at = 0, first, columns;
     for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
+        int by = letter < PDI_CANVAS_RAISED ? 2 : 3; /* dots that become a pixel, across and down */
         pdi_canvas_extent(letter, &first, &columns);
         pdi_canvas_letter_dots(letter, dots);
-        for (int v = 0; v < 2 * PDI_CANVAS_ROWS; v++)
-            for (int u = 0; u < 2 * columns; u++) {
-                int s = 2 * (u + 2 * first), t = 2 * v;
-                int ink = dots[t][s] + dots[t][s + 1] + dots[t + 1][s] + dots[t + 1][s + 1];
+        for (int v = 0; v * by < 4 * PDI_CANVAS_ROWS; v++)
+            for (int u = 0; u * by < 4 * columns; u++) {
+                int ink = 0;
+                for (int k = 0; k < by * by; k++) {
+                    int s = u * by + k % by, t = v * by + k / by;
+                    if (s < 4 * columns && t < 4 * PDI_CANVAS_ROWS) ink += dots[t][s + 4 * first];
+                }
                 if (!ink) continue;
-                pdi_canvas_blend(canvas, up ? x + v : x + at + u, up ? y - at - u : y + v, colour, ink / 4.0);
+                int down = by > 2 ? v - 2 : v;
+                pdi_canvas_blend(canvas, up ? x + down : x + at + u, up ? y - at - u : y + down, colour,
+                                 (double)ink / (by * by));
             }
-        at += 2 * columns + 2;
+        at += pdi_canvas_advance(letter, columns);
     }
+}
+
+/* The same as text of vectors, which know where they are aligned. */
+static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int up, int bold, uint32_t colour,
+                          const char *text)
+{
+    static const char *const anchor[3] = {"start", "middle", "end"};
+    if (!canvas->svg) return 0;
+    pdi_svg_text(canvas->svg, up ? x + PDI_CANVAS_CAPITAL : x, up ? y : y + PDI_CANVAS_CAPITAL, anchor[align], up, bold,
+                 colour, text);
+    return 1;
 }
 
 static int pdi_canvas_shift(pdi_align align, const char *text)
@@ -41576,16 +42229,19 @@ static int pdi_canvas_shift(pdi_align align, const char *text)
 
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, align, 0, 0, colour, text)) return;
     pdi_canvas_write(canvas, x - pdi_canvas_shift(align, text), y, 0, colour, text);
 }
 
 PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, align, 1, 0, colour, text)) return;
     pdi_canvas_write(canvas, x, y + pdi_canvas_shift(align, text), 1, colour, text);
 }
 
 PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, PDI_ALIGN_START, 0, 1, colour, text)) return;
     pdi_canvas_write(canvas, x, y, 0, colour, text);
     pdi_canvas_write(canvas, x + 1, y, 0, colour, text);
 }
@@ -41601,6 +42257,76 @@ PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, 
 #pragma GCC optimize ("Og")
 #endif
 
+/* ======== >>io/label.c ======== */
+/* label: see label.h */
+#include <string.h>
+
+static int pdi_label_digit(char c) { return c >= '0' && c <= '9'; }
+static int pdi_label_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+static void pdi_label_add(const char *bytes, size_t size, char *out, size_t *used)
+{
+    if (*used + size >= PDI_LABEL_SIZE) return;
+    memcpy(out + *used, bytes, size);
+    *used += size;
+}
+
+PDI_FN const char *pdi_label_raised(char sign)
+{
+    static const char raised[11][4] = {"\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",     "\xC2\xB3",
+                                       "\xE2\x81\xB4", "\xE2\x81\xB5", "\xE2\x81\xB6", "\xE2\x81\xB7",
+                                       "\xE2\x81\xB8", "\xE2\x81\xB9", "\xE2\x81\xBB"};
+    return raised[pdi_label_digit(sign) ? sign - '0' : 10];
+}
+
+/* What stands at text[at] of a unit, printed; returns how many characters it is. */
+static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *used)
+{
+    char before = at ? text[at - 1] : ' ', here = text[at], after = here ? text[at + 1] : '\0';
+    size_t length = 0;
+    if (here == 'u' && pdi_label_letter(after) && !pdi_label_letter(before) && !pdi_label_digit(before)) {
+        pdi_label_add("\xC2\xB5", 2, out, used);
+        return 1;
+    }
+    if (!pdi_label_letter(before) || !(pdi_label_digit(here) || (here == '-' && pdi_label_digit(after)))) {
+        pdi_label_add(&here, 1, out, used);
+        return 1;
+    }
+    do {
+        const char *sign = pdi_label_raised(text[at + length++]);
+        pdi_label_add(sign, strlen(sign), out, used);
+    } while (pdi_label_digit(text[at + length]));
+    return length;
+}
+
+/* inside: units begin at once. */
+static const char *pdi_label_text(const char *text, int inside, char *out)
+{
+    size_t used = 0;
+    for (size_t at = 0; text[at];) {
+        if (text[at] == '[' || text[at] == ']') inside = text[at] == '[';
+        if (inside) at += pdi_label_unit(text, at, out, &used);
+        else pdi_label_add(&text[at++], 1, out, &used);
+    }
+    out[used] = '\0';
+    return out;
+}
+
+PDI_FN const char *pdi_label_print(const char *text, char *out) { return pdi_label_text(text, 0, out); }
+
+PDI_FN const char *pdi_label_value(const char *text, char *out)
+{
+    size_t number = strcspn(text, " ");
+    if (!text[number] || number >= PDI_LABEL_SIZE) return pdi_label_text(text, 0, out);
+    pdi_label_text(text + number, 1, out); /* a blank comes first */
+    size_t length = strlen(out);
+    if (number + length >= PDI_LABEL_SIZE) length = PDI_LABEL_SIZE - 1 - number;
+    memmove(out + number, out, length);
+    out[number + length] = '\0';
+    memcpy(out, text, number);
+    return out;
+}
+
 /* ======== >>io/ticks.c ======== */
 /* ticks: see ticks.h */
 #include <math.h>
@@ -41611,7 +42337,15 @@ static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
 {
     if (axis->count >= PDI_TICKS_TICKS) return;
     axis->at[axis->count] = at;
-    snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.23s", label);
+    snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.31s", label);
+}
+
+PDI_FN void pdi_ticks_power(int exponent, char *text)
+{
+    char digits[16];
+    snprintf(digits, sizeof digits, "%d", exponent % 1000);
+    strcpy(text, "10");
+    for (const char *d = digits; *d; d++) strcat(text, pdi_label_raised(*d));
 }
 
 /* The smallest of 1, 2, 5 times a power of ten that is at least x. */
@@ -41625,7 +42359,7 @@ static double pdi_ticks_nice(double x)
 static void pdi_ticks_linear(int most, pdi_ticks *axis)
 {
     char label[64];
-    double step = pdi_ticks_nice((axis->hi - axis->lo) / (most > 1 ? most : 1));
+    double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
     double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = size >= 1e5 || size < 1e-2 ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
@@ -41645,17 +42379,28 @@ static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + most - 1) / most;
-    char label[PDI_NUMBER_SIZE];
+    int plain = first >= -3 && last <= 5;
+    char label[PDI_NUMBER_SIZE], power[32];
     if (skip < 1) skip = 1;
     for (int e = first; e <= last; e++)
         for (int k = 1; k < (decades > 8 ? 2 : 10); k++) {
             double value = k * pow(10.0, e);
             if (value < axis->lo * (1 - 1e-9) || value > axis->hi * (1 + 1e-9)) continue;
             int named = (k == 1 && e % skip == 0) || (decades <= 2 && (k == 2 || k == 5));
-            if (e >= -3 && e <= 4) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
-            else snprintf(label, sizeof label, "%de%d", k, e);
+            if (!named && decades > PDI_TICKS_TICKS / 2) continue;
+            if (plain) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
+            else {
+                pdi_ticks_power(e, power);
+                if (k == 1) snprintf(label, sizeof label, "%s", power);
+                else snprintf(label, sizeof label, "%d\xC3\x97%s", k, power);
+            }
             pdi_ticks_add(axis, value, named ? label : "");
         }
+    int count = 0;
+    for (int k = 0; k < axis->count; k++) count += axis->label[k][0] != 0;
+    if (count > 1) return;
+    axis->count = 0; /* within a decade */
+    pdi_ticks_linear(most, axis);
 }
 
 PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
@@ -41667,8 +42412,9 @@ PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
 
 PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
 {
-    if (axis->log) return log(value / axis->lo) / log(axis->hi / axis->lo);
-    return (value - axis->lo) / (axis->hi - axis->lo);
+    if (axis->log) return (log(value) - log(axis->lo)) / (log(axis->hi) - log(axis->lo));
+    /* halves: the difference of the largest numbers is none */
+    return (0.5 * value - 0.5 * axis->lo) / (0.5 * axis->hi - 0.5 * axis->lo);
 }
 
 PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
@@ -41679,7 +42425,7 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
             axis->lo /= 2;
             axis->hi *= 2;
         }
-        double factor = pow(axis->hi / axis->lo, share);
+        double factor = exp(share * (log(axis->hi) - log(axis->lo)));
         axis->lo /= factor;
         axis->hi *= factor;
         return;
@@ -41734,6 +42480,25 @@ static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
     return 1;
 }
 
+static double pdi_colour_decode(uint32_t srgb, int shift)
+{
+    double x = (double)(srgb >> shift & 255) / 255;
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
+{
+    double r = pdi_colour_decode(srgb, 16), g = pdi_colour_decode(srgb, 8), b = pdi_colour_decode(srgb, 0);
+    double l = cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+    double m = cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+    double s = cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+    pdi_colour_lab c;
+    c.l = 0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s;
+    c.a = 1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s;
+    c.b = 0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s;
+    return c;
+}
+
 static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 {
     double rgb[3];
@@ -41768,11 +42533,27 @@ static double pdi_colour_curve(const double *v, double t)
     return b + 0.5 * s * (c - a + s * (2 * a - 5 * b + 4 * c - d + s * (3 * (b - c) + d - a)));
 }
 
+/* Straight pieces between equidistant colours. */
+static pdi_colour_lab pdi_colour_viridis(double t)
+{
+    static const uint32_t table[10] = {0x440154u, 0x482878u, 0x3E4989u, 0x31688Eu, 0x26828Eu,
+                                       0x1F9E89u, 0x35B779u, 0x6DCD59u, 0xB4DE2Cu, 0xFDE725u};
+    int k = t >= 1 ? 8 : (int)(9 * t);
+    double s = 9 * t - k;
+    pdi_colour_lab a = pdi_colour_of_srgb(table[k]), b = pdi_colour_of_srgb(table[k + 1]);
+    a.l += s * (b.l - a.l);
+    a.a += s * (b.a - a.a);
+    a.b += s * (b.b - a.b);
+    return a;
+}
+
 static pdi_colour_lab pdi_colour_path(pd_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
     if (map == PD_MAP_SEQUENTIAL)
         return pdi_colour_polar(0.27 + 0.65 * t, pdi_colour_curve(chroma, t), pdi_colour_curve(hue, t));
+    if (map == PD_MAP_VIRIDIS) return pdi_colour_viridis(t);
+    if (map == PD_MAP_GREY) return pdi_colour_polar(0.2 + 0.78 * t, 0, 0);
     double s = 2 * t - 1, away = fabs(s);
     return pdi_colour_polar(0.965 - 0.525 * away, 0.165 * sqrt(away) * (0.6 + 0.4 * away), s < 0 ? 255 : 28);
 }
@@ -41828,10 +42609,12 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PICTURE_WIDTH 1000 /* pixels that the width of the field aims at */
-#define PDI_PICTURE_HEIGHT 900 /* pixels that its height aims at */
-#define PDI_PICTURE_LARGEST 1400 /* beyond, cells are merged */
+#define PDI_PICTURE_LARGEST 1.4 /* times the wanted width: beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
+#define PDI_PICTURE_DECADES 8 /* of a logarithmic range that is not given, at most */
+#define PDI_PICTURE_LABELS 64 /* in a legend, at most */
+#define PDI_PICTURE_ROW 24 /* [pixel] of the legend */
+#define PDI_PICTURE_MARK 16 /* [pixel] of a mark in it */
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
@@ -41840,6 +42623,7 @@ PDI_FN uint32_t pdi_colour_series(int k)
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
 typedef struct pdi_picture_scale {
     int cells, each, merged, pixels;
+    int smooth; /* any number of pixels a cell */
 } pdi_picture_scale;
 
 typedef struct pdi_picture_layout {
@@ -41851,10 +42635,12 @@ typedef struct pdi_picture_layout {
     int y_label;
     pdi_ticks axis_x, axis_y, axis_bar; /* positions in their unit; values */
     const char *unit_x, *unit_y;
-    char x_label[96];
+    char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
     double aspect;  /* y against x */
-    int has_bar, has_solid, has_wall;
+    int has_bar, has_solid, has_wall, has_blank;
+    double label_lo, label_hi;            /* of all labels that are shown */
+    uint8_t present[PDI_PICTURE_LABELS];  /* label k is shown */
 } pdi_picture_layout;
 
 static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
@@ -41865,13 +42651,19 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
         if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
                             p->hi[d], d);
+    if (p->width != 0 && (p->width < PD_PICTURE_LEAST || p->width > PD_PICTURE_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
+                        PD_PICTURE_LEAST, PD_PICTURE_MOST);
     if (p->magnification < 0 || p->magnification > 256)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
                         p->magnification);
     if (!(p->range_lo <= p->range_hi) || isinf(p->range_hi - p->range_lo))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
                         p->range_hi);
-    if ((int)p->map < 0 || (int)p->map > PD_MAP_LABELS)
+    if (p->log && p->range_lo < p->range_hi && !(p->range_lo > 0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
+                        p->range_lo);
+    if ((int)p->map < 0 || (int)p->map > PD_MAP_VIRIDIS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
@@ -41885,41 +42677,59 @@ static pd_paint pdi_picture_paint(const pd_picture *p, size_t cell)
     return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
 }
 
-/* Range of the colours, and which greys occur. */
+PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi)
+{
+    if (*lo > *hi) { /* nothing to show */
+        *lo = log_scale ? 1 : 0;
+        *hi = log_scale ? 10 : 1;
+    } else if (log_scale) *lo = fmax(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
+    else if (map == PD_MAP_DIVERGING) {
+        *hi = fmax(fabs(*lo), fabs(*hi));
+        if (!(*hi > 0)) *hi = 1;
+        *lo = -*hi;
+    }
+}
+
+/* Range of the colours, and what occurs. */
 static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
+    l->axis_bar.log = p->log && p->map != PD_MAP_LABELS;
     for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
         pd_paint paint = pdi_picture_paint(p, k);
         if (paint == PD_PAINT_SOLID) l->has_solid = 1;
         if (paint == PD_PAINT_WALL) l->has_wall = 1;
         if (paint != PD_PAINT_FIELD || isnan(p->values[k]) || isinf(p->values[k])) continue;
+        if (l->axis_bar.log && !(p->values[k] > 0)) {
+            l->has_blank = 1;
+            continue;
+        }
+        if (p->map == PD_MAP_LABELS && p->values[k] > -0.5 && p->values[k] < PDI_PICTURE_LABELS - 0.5)
+            l->present[(int)(p->values[k] + 0.5)] = 1;
         if (p->values[k] < lo) lo = p->values[k];
         if (p->values[k] > hi) hi = p->values[k];
     }
     if (p->range_lo < p->range_hi) {
         lo = p->range_lo;
         hi = p->range_hi;
-    } else if (lo > hi) {
-        lo = 0; /* nothing to show */
-        hi = 1;
-    } else if (p->map == PD_MAP_DIVERGING) {
-        hi = fmax(fabs(lo), fabs(hi));
-        if (!(hi > 0)) hi = 1;
-        lo = -hi;
-    }
-    l->axis_bar.lo = lo;
-    l->axis_bar.hi = hi;
+    } else pdi_picture_span(p->map, l->axis_bar.log, &lo, &hi);
+    l->axis_bar.lo = l->label_lo = lo;
+    l->axis_bar.hi = l->label_hi = hi;
     pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
 
-static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
+static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, int smooth)
 {
-    pdi_picture_scale s = {cells, 1, 1, 0};
+    pdi_picture_scale s = {cells, 1, 1, 0, 0};
+    if (smooth && wanted >= cells) {
+        s.smooth = 1;
+        s.pixels = (int)fmax(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
+        return s;
+    }
     /* The small shift lets equal spacings round alike. */
     if (wanted > cells) s.each = (int)floor(wanted / cells + 0.5 + 1e-6);
-    if (cells > PDI_PICTURE_LARGEST) s.merged = (cells + PDI_PICTURE_LARGEST - 1) / PDI_PICTURE_LARGEST;
+    if (cells > largest) s.merged = (cells + largest - 1) / largest;
     if (cells * s.each < PDI_PICTURE_SMALLEST) s.each = (PDI_PICTURE_SMALLEST + cells - 1) / cells;
     s.pixels = s.merged > 1 ? (cells + s.merged - 1) / s.merged : cells * s.each;
     return s;
@@ -41929,7 +42739,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
     int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
-    if (s->each > 1 || s->merged > 1 || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
+    if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;
 }
@@ -41940,16 +42750,19 @@ static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
     axis->lo = lo / unit;
     axis->hi = hi / unit;
-    return size < 2e-6 ? "nm" : size < 2e-3 ? "um" : size < 2 ? "mm" : "m";
+    return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
 static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
-    double scale = fmin(PDI_PICTURE_WIDTH / lx, PDI_PICTURE_HEIGHT / ly); /* [pixel/m] */
+    double width = p->width ? p->width : PD_PICTURE_WIDTH; /* [pixel] */
+    double scale = fmin(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
-    l->x = pdi_picture_fit(p->nx, scale * lx);
-    l->y = pdi_picture_fit(p->ny, scale * ly);
+    int largest = (int)(PDI_PICTURE_LARGEST * width), smooth = p->smooth && p->map != PD_MAP_LABELS;
+    smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
+    l->x = pdi_picture_fit(p->nx, scale * lx, largest, smooth);
+    l->y = pdi_picture_fit(p->ny, scale * ly, largest, smooth);
     if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
     if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
@@ -41960,6 +42773,60 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
     pdi_ticks_ticks(l->y.pixels / 60 + 1, &l->axis_y);
     pdi_ticks_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
+    for (int k = 0; p->mirrored && k < l->axis_y.count; k++)
+        if (l->axis_y.label[k][0] == '-')
+            memmove(l->axis_y.label[k], l->axis_y.label[k] + 1, strlen(l->axis_y.label[k]));
+}
+
+static const char *pdi_picture_axis(const pd_picture *p, int axis)
+{
+    return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
+}
+
+static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
+{
+    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
+    int64_t label = (int64_t)floor(value + 0.5);
+    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
+}
+
+/* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
+static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
+{
+    double rows = p->names ? p->name_count : floor(l->label_hi + 0.5) + 1;
+    if (p->map != PD_MAP_LABELS || !(rows >= 1) || rows > PDI_PICTURE_LABELS || !(l->label_lo > -0.5)) return 0;
+    return rows * PDI_PICTURE_ROW <= l->y.pixels + PDI_PICTURE_ROW ? (int)rows : 0;
+}
+
+/* text[32]: what the legend says of label k. */
+static void pdi_picture_name(const pd_picture *p, int k, char *text)
+{
+    if (p->names) snprintf(text, 32, "%.31s", p->names[k] ? p->names[k] : "");
+    else snprintf(text, 32, "%d", k);
+}
+
+/* In place of a legend of too many labels. */
+static void pdi_picture_many(const pdi_picture_layout *l, char *text)
+{
+    snprintf(text, 32, "%.0f to %.0f", floor(l->label_lo + 0.5), floor(l->label_hi + 0.5));
+}
+
+/* [pixel] of the legend of labels. */
+static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layout *l)
+{
+    char text[32];
+    int rows = pdi_picture_rows(p, l), widest = 0;
+    if (p->map != PD_MAP_LABELS) return 0;
+    if (!rows) {
+        pdi_picture_many(l, text);
+        return pdi_canvas_text_width(text);
+    }
+    for (int k = 0; k < rows; k++) {
+        pdi_picture_name(p, k, text);
+        int width = pdi_canvas_text_width(text);
+        if (width > widest) widest = width;
+    }
+    return PDI_PICTURE_MARK + 10 + widest;
 }
 
 static int pdi_picture_widest(const pdi_ticks *axis)
@@ -41973,19 +42840,21 @@ static int pdi_picture_widest(const pdi_ticks *axis)
 }
 
 /* The label of the x axis also confesses a stretched axis. */
-static void pdi_picture_x_label(pdi_picture_layout *l)
+static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
 {
-    char axis = l->aspect > 1 ? 'y' : 'x';
+    const char *axis = pdi_picture_axis(p, l->aspect > 1), *x = pdi_picture_axis(p, 0);
     double times = l->aspect > 1 ? l->aspect : 1 / l->aspect;
     if (times > 1.05)
-        snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
-    else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);
+        snprintf(l->x_label, sizeof l->x_label, "%.30s [%s]   (%.30s drawn %.3g times larger)", x, l->unit_x, axis,
+                 times);
+    else snprintf(l->x_label, sizeof l->x_label, "%.30s [%s]", x, l->unit_x);
 }
 
 static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
 {
     int title = p->title ? pdi_canvas_text_width(p->title) + 1 : 0;
-    int stamp = p->stamp ? pdi_canvas_text_width(p->stamp) : 0;
+    const char *widest = p->widest ? p->widest : p->stamp;
+    int stamp = p->stamp ? pdi_canvas_text_width(widest) : 0;
     l->y_label = 14;
     l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
@@ -41995,9 +42864,12 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
         l->bar = edge + 28;
         l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    } else {
+        l->bar = edge + 28;
+        if (l->bar + pdi_picture_legend_width(p, l) > right) right = l->bar + pdi_picture_legend_width(p, l);
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
-    if (!l->has_bar && p->label) header += pdi_canvas_text_width(p->label) + 30;
+    if (!l->has_bar && p->label) header += pdi_canvas_text_width(l->label) + 30;
     if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the factor below */
     /* Under a narrow field the label is wider than the field. */
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
@@ -42007,11 +42879,58 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
+static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
+
+/* The colour of a place 0..1 of the bar. */
+static uint32_t pdi_picture_shade(const uint32_t *table, double place)
+{
+    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
+    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+}
+
+/* The cell has a place on the bar. */
+static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
+{
+    return pdi_picture_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
+           (!l->axis_bar.log || p->values[cell] > 0);
+}
+
+/* Between the middles of cells; the edge of what has no value stays that of its cells. */
+static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
+                                    int py)
+{
+    double at[2], sum = 0, weights = 0;
+    int low[2], n[2] = {p->nx, p->ny};
+    at[0] = (px + 0.5) * p->nx / l->x.pixels;
+    at[1] = (py + 0.5) * p->ny / l->y.pixels;
+    size_t own = (size_t)fmin(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)fmin(at[0], p->nx - 1.0);
+    pd_paint paint = pdi_picture_paint(p, own);
+    if (paint != PD_PAINT_FIELD) return pdi_picture_flat[paint];
+    if (isnan(p->values[own])) return PDI_PICTURE_NAN;
+    if (!pdi_picture_placed(p, l, own)) return PDI_CANVAS_PAPER;
+    for (int d = 0; d < 2; d++) low[d] = (int)floor(at[d] - 0.5);
+    for (int corner = 0; corner < 4; corner++) {
+        int i[2];
+        double weight = 1;
+        for (int d = 0; d < 2; d++) {
+            int up = corner >> d & 1;
+            double share = at[d] - 0.5 - low[d];
+            i[d] = low[d] + up < 0 ? 0 : low[d] + up >= n[d] ? n[d] - 1 : low[d] + up;
+            weight *= up ? share : 1 - share;
+        }
+        size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
+        if (!pdi_picture_placed(p, l, cell)) continue;
+        sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
+        weights += weight;
+    }
+    return pdi_picture_shade(table, sum / weights);
+}
+
 /* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
 static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
                                    int py)
 {
-    static const uint32_t flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
+    if (l->x.smooth) return pdi_picture_between(p, l, table, px, py);
     int i0 = px / l->x.each * l->x.merged, j0 = py / l->y.each * l->y.merged, count[4] = {0, 0, 0, 0}, most = 0;
     double sum = 0, first = 0;
     for (int j = j0; j < j0 + l->y.merged && j < p->ny; j++)
@@ -42024,33 +42943,46 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
         }
     for (int k = 1; k < 4; k++)
         if (count[k] > count[most]) most = k;
-    if (most) return flat[most];
+    if (most) return pdi_picture_flat[most];
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS)
-        return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
-    double place = pdi_ticks_place(&l->axis_bar, value);
-    place = place < 0 ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
+    if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
+    return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
-static void pdi_picture_field(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
-                              pdi_canvas *canvas)
+static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
+                               int top, pdi_canvas *canvas)
 {
     for (int y = 0; y < l->y.pixels; y += l->y.each)
         for (int x = 0; x < l->x.pixels; x += l->x.each) {
             uint32_t colour = pdi_picture_colour(p, l, table, x, y);
-            int bottom = l->top + l->y.pixels - y;
-            pdi_canvas_fill(canvas, l->left + x, bottom - l->y.each, l->left + x + l->x.each, bottom, colour);
+            int bottom = top + l->y.pixels - y;
+            pdi_canvas_fill(canvas, left + x, bottom - l->y.each, left + x + l->x.each, bottom, colour);
         }
-    pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
 }
 
-static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* The cells, among vectors an image. */
+static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
+                                   pdi_canvas *canvas)
+{
+    pdi_canvas cells;
+    if (!canvas->svg) pdi_picture_pixels(p, l, table, l->left, l->top, canvas);
+    else {
+        PDI_TRY(pdi_canvas_init(ctx, l->x.pixels, l->y.pixels, &cells));
+        pdi_picture_pixels(p, l, table, 0, 0, &cells);
+        pdi_canvas_image(canvas, l->left, l->top, &cells.image);
+        pdi_image_free(ctx, &cells.image);
+    }
+    pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
+    return PD_OK;
+}
+
+static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels;
-    char text[32];
+    char text[64];
     for (int k = 0; k < l->axis_x.count; k++) {
         int x = l->left + (int)(pdi_ticks_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
         pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
@@ -42064,7 +42996,7 @@ static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
     }
     pdi_canvas_text(canvas, l->x_label_start, bottom + 12 + PDI_CANVAS_CAPITAL + 12, PDI_ALIGN_START, PDI_CANVAS_INK,
                     l->x_label);
-    snprintf(text, sizeof text, "y [%s]", l->unit_y);
+    snprintf(text, sizeof text, "%.30s [%s]", pdi_picture_axis(p, 1), l->unit_y);
     pdi_canvas_text_up(canvas, l->y_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, text);
 }
 
@@ -42072,7 +43004,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
                             pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
-    char factor[24];
+    char factor[40], power[32];
     for (int y = 0; y < l->y.pixels; y++) {
         int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
         pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
@@ -42085,26 +43017,49 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
                         l->axis_bar.label[k]);
     }
     if (l->axis_bar.exponent) {
-        snprintf(factor, sizeof factor, "x 1e%d", l->axis_bar.exponent);
+        pdi_ticks_power(l->axis_bar.exponent, power);
+        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
         pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
     }
     if (p->label)
-        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, p->label);
+        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->label);
 }
 
-/* Key of the greys, right of the x label when there is room. */
+/* The labels that are shown and their colours, in place of the bar. */
+static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    char text[32];
+    int rows = pdi_picture_rows(p, l), y = l->top;
+    if (!rows) {
+        pdi_picture_many(l, text);
+        pdi_canvas_text(canvas, l->bar, y, PDI_ALIGN_START, PDI_CANVAS_INK, text);
+    }
+    for (int k = 0; k < rows; k++) {
+        if (!l->present[k]) continue;
+        pdi_picture_name(p, k, text);
+        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
+                        pdi_picture_label_colour(p, k));
+        pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
+                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
+        y += PDI_PICTURE_ROW;
+    }
+}
+
+/* Key of what has no colour of the bar, right of the x label as far as there is room. */
 static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
 {
+    static const char *const name[3] = {"wall", "solid", "zero or less"};
+    static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
-    if (l->x.pixels < 600) return;
-    for (int k = 0; k < 2; k++) {
-        const char *name = k ? "solid" : "wall";
-        if (!(k ? l->has_solid : l->has_wall)) continue;
-        x -= pdi_canvas_text_width(name);
-        pdi_canvas_text(canvas, x, y, PDI_ALIGN_START, PDI_CANVAS_INK, name);
-        x -= PDI_CANVAS_CAPITAL + 8;
-        pdi_canvas_fill(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL,
-                        k ? PDI_PICTURE_SOLID : PDI_PICTURE_WALL);
+    int there[3] = {l->has_wall, l->has_solid, l->has_blank};
+    int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    for (int k = 0; k < 3; k++) {
+        int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
+        if (!there[k] || x - width < end) continue;
+        pdi_canvas_text(canvas, x, y, PDI_ALIGN_END, PDI_CANVAS_INK, name[k]);
+        x -= width;
+        pdi_canvas_fill(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, colour[k]);
+        pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
 }
@@ -42115,7 +43070,7 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     if (p->title) pdi_canvas_title(canvas, l->left, y, PDI_CANVAS_INK, p->title);
     int taken = l->left + (p->title ? pdi_canvas_text_width(p->title) + 30 : 0);
     if (!l->has_bar && p->label) {
-        pdi_canvas_text(canvas, taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->label);
+        pdi_canvas_text(canvas, taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, l->label);
         taken += pdi_canvas_text_width(p->label) + 30;
     }
     if (!p->stamp) return;
@@ -42123,32 +43078,51 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
 }
 
-PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg *svg, pdi_canvas *canvas)
 {
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
-    pdi_canvas canvas;
-    memset(image, 0, sizeof *image);
+    memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
     PDI_TRY(pdi_picture_check(ctx, picture));
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
-    pdi_picture_x_label(&l);
+    pdi_picture_x_label(picture, &l);
+    if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
-    pdi_colour_table(picture->map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, table);
-    PDI_TRY(pdi_canvas_init(ctx, l.width, l.height, &canvas));
-    pdi_picture_field(picture, &l, table, &canvas);
-    pdi_picture_axes(&l, &canvas);
-    if (l.has_bar) pdi_picture_bar(picture, &l, table, &canvas);
-    pdi_picture_key(&l, &canvas);
-    pdi_picture_header(picture, &l, &canvas);
-    *image = canvas.image;
+    pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
+                : pdi_canvas_init(ctx, l.width, l.height, canvas));
+    PDI_TRY(pdi_picture_field(ctx, picture, &l, table, canvas));
+    pdi_picture_axes(picture, &l, canvas);
+    if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
+    else pdi_picture_legend(picture, &l, canvas);
+    pdi_picture_key(&l, canvas);
+    pdi_picture_header(picture, &l, canvas);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
+    *image = canvas.image;
+    return status;
 }
 
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
     pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_picture_on(ctx, picture, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
     PDI_TRY(pdi_picture_draw(ctx, picture, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);
@@ -42160,9 +43134,6 @@ pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *pict
 #include <math.h>
 #include <string.h>
 
-/* Pixels that the width and the height aim at, as of pictures. */
-#define PDI_WARP_WIDTH 1000
-#define PDI_WARP_HEIGHT 900
 /* Displacements over the size of the picture, at most. */
 #define PDI_WARP_MOST 10.0
 /* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
@@ -42209,12 +43180,14 @@ static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
         pdi_warp_corner(w, cell % w->still->nx, cell / w->still->nx, k == 1 || k == 2, k >> 1, at[k]);
 }
 
-/* Paper for the box and all that moves. */
-static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper)
+PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, double *hi)
 {
     const pd_picture *p = w->still;
-    double hi[2] = {p->hi[0], p->hi[1]}, wide[2], at[4][2];
-    memcpy(paper->lo, p->lo, sizeof p->lo);
+    double at[4][2];
+    for (int d = 0; d < 2; d++) {
+        lo[d] = fmin(lo[d], p->lo[d]);
+        hi[d] = fmax(hi[d], p->hi[d]);
+    }
     for (int cell = 0; cell < p->nx * p->ny; cell++) {
         if (isnan(w->move[cell])) continue;
         pdi_warp_cell(w, cell, at);
@@ -42224,14 +43197,22 @@ static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper 
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
                                 "%g m, expected at most ten times as much: choose a smaller factor",
                                 x - p->lo[k % 2], size);
-            paper->lo[k % 2] = fmin(paper->lo[k % 2], x);
+            lo[k % 2] = fmin(lo[k % 2], x);
             hi[k % 2] = fmax(hi[k % 2], x);
         }
     }
-    for (int d = 0; d < 2; d++) wide[d] = hi[d] - paper->lo[d];
-    paper->size = fmax(wide[0] / PDI_WARP_WIDTH, wide[1] / PDI_WARP_HEIGHT);
-    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
     return PD_OK;
+}
+
+static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi, pdi_warp_paper *paper)
+{
+    double wide[2], width = w->still->width ? w->still->width : PD_PICTURE_WIDTH; /* [pixel] */
+    for (int d = 0; d < 2; d++) {
+        paper->lo[d] = lo[d];
+        wide[d] = hi[d] - lo[d];
+    }
+    paper->size = fmax(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
 }
 
 /* What stays: blank paper outside of the box, and where cells have gone. */
@@ -42293,7 +43274,9 @@ static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
         }
 }
 
-static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, pd_image *image)
+/* Into the image, or, where there is none, into a file. */
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, const char *path,
+                                pd_image *image)
 {
     pd_picture picture = *w->still;
     int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
@@ -42307,27 +43290,43 @@ static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *
     picture.values = paper->value;
     picture.paint = paper->paint;
     picture.magnification = 1;
+    picture.smooth = 0;
     for (int d = 0; d < 2; d++) {
         picture.lo[d] = paper->lo[d];
         picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
     }
-    return pdi_picture_draw(ctx, &picture, image);
+    return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
 }
 
-PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+static pd_status pdi_warp_show(pd_ctx *ctx, const pdi_warp *w, const char *path, pd_image *image)
 {
     pdi_warp_paper paper;
+    double lo[2], hi[2];
+    int given = w->lo[0] < w->hi[0] && w->lo[1] < w->hi[1];
     memset(&paper, 0, sizeof paper);
-    memset(image, 0, sizeof *image);
-    PDI_TRY(pdi_warp_extent(ctx, w, &paper));
-    pd_status status = pdi_warp_paint(ctx, w, &paper, image);
+    for (int d = 0; d < 2; d++) {
+        lo[d] = given ? w->lo[d] : HUGE_VAL;
+        hi[d] = given ? w->hi[d] : -HUGE_VAL;
+    }
+    if (!given) PDI_TRY(pdi_warp_extent(ctx, w, lo, hi));
+    pdi_warp_size(w, lo, hi, &paper);
+    pd_status status = pdi_warp_paint(ctx, w, &paper, path, image);
     PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
     PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
     return status;
 }
 
-#undef PDI_WARP_WIDTH
-#undef PDI_WARP_HEIGHT
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+{
+    memset(image, 0, sizeof *image);
+    return pdi_warp_show(ctx, w, NULL, image);
+}
+
+PDI_FN pd_status pdi_warp_write(pd_ctx *ctx, const char *path, const pdi_warp *w)
+{
+    return pdi_warp_show(ctx, w, path, NULL);
+}
+
 #undef PDI_WARP_MOST
 #undef PDI_WARP_SEAM
 
@@ -42444,15 +43443,17 @@ static double pdi_plot_y(const pdi_plot_layout *l, double y)
 /* The common factor of the labels of an axis. */
 static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
 {
-    char text[24];
+    char text[40], power[32];
     if (!axis->exponent) return;
-    snprintf(text, sizeof text, "x 1e%d", axis->exponent);
+    pdi_ticks_power(axis->exponent, power);
+    snprintf(text, sizeof text, "\xC3\x97 %s", power);
     pdi_canvas_text(canvas, x, y, align, PDI_CANVAS_INK, text);
 }
 
 static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
+    char label[PDI_LABEL_SIZE];
     for (int k = 0; k < l->x.count; k++) {
         int x = (int)(pdi_plot_x(l, l->x.at[k])), named = l->x.label[k][0] != 0;
         x = x < l->right ? x : l->right - 1;
@@ -42472,8 +43473,11 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     pdi_plot_factor(canvas, &l->y, 16, l->top - PDI_CANVAS_CAPITAL - 10, PDI_ALIGN_START);
     pdi_plot_factor(canvas, &l->x, l->right, l->bottom + 39, PDI_ALIGN_END);
     if (plot->x_label)
-        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->x_label);
-    if (plot->y_label) pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->y_label);
+        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
+                        pdi_label_print(plot->x_label, label));
+    if (plot->y_label)
+        pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
+                           pdi_label_print(plot->y_label, label));
     if (plot->title) {
         int x = middle_x - pdi_canvas_text_width(plot->title) / 2, start = l->y.exponent ? 90 : 16;
         pdi_canvas_title(canvas, x > start ? x : start, l->top - PDI_CANVAS_CAPITAL - 16, PDI_CANVAS_INK, plot->title);
@@ -42630,33 +43634,49 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     }
 }
 
-PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi_canvas *canvas)
 {
     pdi_plot_layout l;
-    pdi_canvas canvas;
     int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
-    memset(image, 0, sizeof *image);
+    memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
     PDI_TRY(pdi_plot_check(ctx, plot));
     PDI_TRY(pdi_plot_ranges(ctx, plot, &l));
     pdi_plot_place(plot, width, height, &l);
     if (l.right - l.left < 80)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
-    PDI_TRY(pdi_canvas_init(ctx, width, height, &canvas));
-    pdi_plot_axes(plot, &l, &canvas);
-    pdi_canvas_clip(&canvas, l.left, l.top, l.right, l.bottom);
-    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, &canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, &canvas);
-    pdi_canvas_unclip(&canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, &canvas);
-    pdi_plot_legend(plot, &l, &canvas);
-    *image = canvas.image;
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, width, height, svg, canvas) : pdi_canvas_init(ctx, width, height, canvas));
+    pdi_plot_axes(plot, &l, canvas);
+    pdi_canvas_clip(canvas, l.left, l.top, l.right, l.bottom);
+    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, canvas);
+    pdi_canvas_unclip(canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, canvas);
+    pdi_plot_legend(plot, &l, canvas);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_plot_on(ctx, plot, NULL, &canvas);
+    *image = canvas.image;
+    return status;
 }
 
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
     pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_plot_on(ctx, plot, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
     PDI_TRY(pdi_plot_draw(ctx, plot, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);
@@ -46634,6 +47654,23 @@ static const pd_key pdi_keys_of_output[] = {
      "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, or `none`"},
     {"images", "-", "none",
      "fields that are drawn, from the same list"},
+    {"range", "of the field", "of all frames",
+     "colours of a drawn field go from one value to the other, for example `C 0 .. 500 mol/m3, v 0 .. 1 mm/s`"},
+    {"percentile", "-", "100 %",
+     "values of a frame, in the middle of all, that count for a range that is not given"},
+    {"log", "-", "none",
+     "drawn fields whose colours go by the logarithm; values of zero and below stay blank"},
+    {"map", "-", "violet; diverging for p, sigma_h and stresses",
+     "2D and 3D: colours `violet`, `viridis`, `grey` or `diverging`, for all drawn fields or behind the name of "
+     "one: `grey, p diverging`"},
+    {"width", "-", "1000",
+     "2D and 3D: pixels that the width of a drawn field aims at, its height at nine tenths of that; 120 to 4000"},
+    {"cells", "-", "blocky",
+     "2D and 3D: `blocky`: a cell has one colour; `smooth`: colours are linear between the middles of cells"},
+    {"format", "-", "png",
+     "of the pictures of fields and of the volume loss: `png`, `svg` or both"},
+    {"animate", "-", "no",
+     "`yes`: a film of each drawn field, `C_film.png`"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},
@@ -48213,6 +49250,26 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
 }
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
+
+static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                               "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
+                                               "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
+                                               "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
+                                               "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
+                                               "sigma_zx [Pa]"};
+
+PDI_FN const char *pdi_setup_field_label(pd_field field) { return pdi_setup_labels[field]; }
+
+PDI_FN void pdi_setup_field_unit(pd_field field, char *unit)
+{
+    const char *from = strchr(pdi_setup_labels[field], '[');
+    snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
+}
+
+PDI_FN int pdi_setup_field_numbered(pd_field field)
+{
+    return field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+}
 
 static int pdi_setup_stressed(const pd_setup *setup)
 {
@@ -50708,6 +51765,220 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
 
 #undef PDI_READ_MONITORS_POINTS
 
+/* ======== >>scene/read_drawing.c ======== */
+/* read_drawing: see read_drawing.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+
+typedef struct pdi_read_drawing {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    int section;
+} pdi_read_drawing;
+
+/* The next part of a list with commas, without blanks around it; 0 at the end. */
+static int pdi_read_drawing_item(const char **list, char *item)
+{
+    const char *from = *list + strspn(*list, " \t");
+    size_t length = 0;
+    if (!*from) return 0;
+    for (int depth = 0; from[length] && (depth > 0 || from[length] != ','); length++)
+        depth += (from[length] == '(') - (from[length] == ')');
+    *list = from + length + (from[length] == ',');
+    while (length > 0 && (from[length - 1] == ' ' || from[length - 1] == '\t')) length--;
+    snprintf(item, PDI_READ_DRAWING_ITEM, "%.*s", (int)length, from);
+    return 1;
+}
+
+/* The drawn field of this name. */
+static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
+{
+    for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
+        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+            return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
+                           name);
+}
+
+/* One end of a range. */
+static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, const char *unit, double *value)
+{
+    pd_expr expr;
+    pd_expr_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.text = from;
+    desc.consts = r->text->consts;
+    desc.const_count = r->text->const_count;
+    desc.tables = r->text->tables;
+    desc.table_count = r->text->table_count;
+    desc.unit = unit;
+    desc.where = "range";
+    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, "range");
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(r->ctx, &expr);
+    return PD_OK;
+}
+
+/* "C 0 .. 500 mol/m3" */
+static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
+{
+    char unit[PD_UNITS_TEXT];
+    int field;
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
+    item[word] = '\0';
+    PDI_TRY(pdi_read_drawing_field(r, "range", item, &field));
+    pdi_setup_field_unit((pd_field)field, unit);
+    if (pdi_setup_field_numbered((pd_field)field))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
+                               item);
+    if (!dots)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range",
+                               "found '%.60s' behind '%s', expected a range: %s 0 .. 1 %s", from, item, item, unit);
+    *dots = '\0';
+    double *range = r->setup->drawing.range[field];
+    if (range[0] < range[1])
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s' twice", item);
+    PDI_TRY(pdi_read_drawing_end(r, from, unit, &range[0]));
+    PDI_TRY(pdi_read_drawing_end(r, dots + 2, unit, &range[1]));
+    if (!(range[0] < range[1]) || !(range[1] - range[0] < HUGE_VAL))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found %.6g .. %.6g of '%s', expected the smaller "
+                               "value first", range[0], range[1], item);
+    if ((r->setup->drawing.log >> field & 1u) && !(range[0] > 0.0))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range",
+                               "found %.6g of '%s', which is drawn by its logarithm, expected a positive value",
+                               range[0], item);
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_ranges(pdi_read_drawing *r)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "range")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "range", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_one_range(r, item));
+    return PD_OK;
+}
+
+/* "grey" for all fields, "p diverging" for one */
+static pd_status pdi_read_drawing_maps(pdi_read_drawing *r)
+{
+    static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
+    static const pd_map maps[] = {PD_MAP_SEQUENTIAL, PD_MAP_VIRIDIS, PD_MAP_GREY, PD_MAP_DIVERGING};
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "map")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "map", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        size_t word = strcspn(item, " \t");
+        int field = -1, map = 0;
+        const char *name = item;
+        if (item[word]) {
+            item[word] = '\0';
+            name = item + word + 1 + strspn(item + word + 1, " \t");
+            PDI_TRY(pdi_read_drawing_field(r, "map", item, &field));
+        }
+        while (map < 4 && strcmp(name, names[map]) != 0) map++;
+        if (map == 4)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "map",
+                                   "found '%.40s', expected violet, viridis, grey or diverging, or one of them "
+                                   "behind a field", name);
+        for (int k = 0; k < PD_FIELD_COUNT; k++)
+            if (field < 0 || k == field) r->setup->drawing.map[k] = 1 + (int)maps[map];
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        const char *name = pdi_setup_field_name((pd_field)k);
+        int field;
+        if (!(drawing->log >> k & 1u)) continue;
+        PDI_TRY(pdi_read_drawing_field(r, "log", name, &field));
+        if (pdi_setup_field_numbered((pd_field)k))
+            return pdi_text_refuse(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
+                                   name);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
+{
+    static const char *const names[] = {"png", "svg"};
+    pd_word_list list;
+    PDI_TRY(pdi_text_words(r->ctx, r->text, r->section, "format", "png", &list));
+    for (int w = 0; w < list.count; w++) {
+        unsigned k = 0;
+        while (k < 2 && strcmp(list.word[w], names[k]) != 0) k++;
+        if (k == 2)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "format", "found '%s', expected png, svg or both",
+                                   list.word[w]);
+        r->setup->drawing.formats |= 1u << k;
+    }
+    return PD_OK;
+}
+
+/* Pictures of planes. */
+static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
+{
+    static const char *const keys[] = {"map", "width", "cells"};
+    static const char *const cells[] = {"blocky", "smooth", NULL};
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    for (int k = 0; PD_DIM == 1 && k < 3; k++)
+        if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
+            return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
+                                   "found in 1D, where images are curves, expected it in 2D and 3D");
+    if (PD_DIM == 1) return PD_OK;
+    PDI_TRY(pdi_read_drawing_maps(r));
+    PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
+    return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
+                            &drawing->width);
+}
+
+/* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
+static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
+{
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
+    const char *value;
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+        if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
+        if (!pdi_text_has(r->ctx, r->text, r->section, "images"))
+            return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
+                                   "found without 'images', the fields that are drawn");
+        PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup)
+{
+    pdi_read_drawing r;
+    r.ctx = ctx;
+    r.text = text;
+    r.setup = setup;
+    r.section = section;
+    PDI_TRY(pdi_read_drawing_formats(&r));
+    if (!setup->images) return pdi_read_drawing_none(&r);
+    PDI_TRY(pdi_read_drawing_log(&r));
+    PDI_TRY(pdi_read_drawing_ranges(&r));
+    PDI_TRY(pdi_read_drawing_plane(&r));
+    PDI_TRY(pdi_text_bool(ctx, text, section, "animate", "no", &setup->drawing.animate));
+    PDI_TRY(pdi_text_number(ctx, text, section, "percentile", "", "100 %", &setup->drawing.percentile));
+    if (setup->drawing.percentile > 0.0 && setup->drawing.percentile <= 1.0) return PD_OK;
+    return pdi_text_refuse(ctx, text, section, "percentile", "found %.6g %%, expected a share above 0 and up to 100 %%",
+                           100.0 * setup->drawing.percentile);
+}
+
+#undef PDI_READ_DRAWING_ITEM
+
 /* ======== >>scene/read_measured.c ======== */
 /* read_measured: see read_measured.h */
 #include <math.h>
@@ -51419,6 +52690,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
+    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
     PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
@@ -52555,11 +53827,11 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
-/* Pixels of a field of `cells`, `wanted` of them. */
-static double pdi_footprint_pixels(double cells, double wanted)
+/* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */
+static double pdi_footprint_pixels(double cells, double wanted, double largest)
 {
     double each = fmax(1.0, floor(wanted / cells + 0.5));
-    return cells > 1400.0 ? cells / ceil(cells / 1400.0) : fmax(cells * each, 120.0);
+    return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
 /* Pictures come one by one: the largest counts. */
@@ -52576,18 +53848,20 @@ static double pdi_footprint_pictures(const pd_setup *u)
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
-    double scale = fmin(1000.0 / lx, 900.0 / ly);
-    double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
-    double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
+    double wanted = u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
+    double scale = fmin(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
+    double width = pdi_footprint_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
+    double height = pdi_footprint_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
     if (u->deformed > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
-        all += 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+        all += 17.0 * cells;
     }
-    return fmax(largest, all);
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
+    return fmax(largest, all) + 9.0 * cells;
 }
 
 /* Fields that files need a copy of, and the largest picture. */
@@ -53380,15 +54654,6 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 
-static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
-                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
-                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
-                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                                "sigma_zx [Pa]"};
-
-PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
-
 /* A field of the gas; NULL: it is none of its. Components of the velocity lie one after another. */
 static const double *pdi_sample_gas(const pd_model *m, pd_field field)
 {
@@ -53790,7 +55055,7 @@ PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, c
     pdi_sample_prepare(ctx, model, 1u << field);
     pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
     view->data = views->field[field];
-    view->label = pdi_sample_label((pd_field)field);
+    view->label = pdi_setup_field_label((pd_field)field);
     view->components = pdi_view_components(field);
     view->part = views->cells;
     for (int d = 0; d < PD_DIM; d++) {
@@ -53806,6 +55071,646 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views)
     memset(views, 0, sizeof *views);
 }
 
+/* ======== >>run/images.c ======== */
+/* images: see images.h */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_IMAGES_LARGEST 1073741824u /* [byte] no picture is larger */
+#define PDI_IMAGES_PIECE 1024 /* numbers that are written at a time */
+#define PDI_IMAGES_DELAY 100 /* [ms] between frames of a film */
+
+/* What stands before a frame in the file. */
+typedef struct pdi_images_head {
+    double field, frame, time; /* [-], [-], [s] */
+    pd_images_view view;       /* with which it was drawn */
+} pdi_images_head;
+
+/* ---- what is drawn ---- */
+
+/* Does the metal have the field? */
+static int pdi_images_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
+/* Is the metal drawn where it has moved to? */
+static int pdi_images_moved(const pd_images *im, pd_field field)
+{
+    return im->move && pdi_images_metal(field);
+}
+
+static int pdi_images_drawn(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->images >> field & 1u);
+}
+
+static int pdi_images_log(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->drawing.log >> field & 1u);
+}
+
+static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
+{
+    uint8_t kind = m->grid.kind[node];
+    int solid = pdi_images_metal(field);
+    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+}
+
+/* The node that a cell of the drawn plane shows. */
+static int32_t pdi_images_node(const pd_images *im, int64_t cell)
+{
+    const pd_model *m = im->model;
+    int row = (int)(cell / im->nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+    }
+    i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
+    i[im->right] = (int)(cell % im->nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
+/* As the file keeps it, so that a frame that is drawn again is the same. */
+static double pdi_images_round(double value)
+{
+    if (value > (double)FLT_MAX) return (double)FLT_MAX;
+    if (value < -(double)FLT_MAX) return -(double)FLT_MAX;
+    return (double)(float)value;
+}
+
+/* Is there a bond between the metal of both cells? */
+static int pdi_images_bonded(const pd_images *im, int64_t cell, int64_t other)
+{
+    const pd_structure *s = &im->model->structure;
+    int32_t i = s->point[pdi_images_node(im, cell)], j = s->point[pdi_images_node(im, other)];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return !pdi_walk_broken(&f);
+    return 0;
+}
+
+/* Neighbours to the right and above. */
+static const int pdi_images_beside[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+
+static void pdi_images_bonds(pd_images *im)
+{
+    int whole = pdi_body_whole(&im->model->structure.body);
+    for (int64_t k = 0; k < im->cells; k++) {
+        int x = (int)(k % im->nx), y = (int)(k / im->nx);
+        im->joined[k] = 0;
+        for (int b = 0; b < 4; b++) {
+            int column = x + pdi_images_beside[b][0], row = y + pdi_images_beside[b][1];
+            int64_t other = (int64_t)row * im->nx + column;
+            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->move[k]) || isnan(im->move[other]))
+                continue;
+            if (whole || pdi_images_bonded(im, k, other)) im->joined[k] |= (uint8_t)(1 << b);
+        }
+    }
+}
+
+static void pdi_images_moves(pd_images *im)
+{
+    const pd_model *m = im->model;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k), point = m->structure.point[node];
+        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        im->move[k] = metal ? pdi_images_round(m->setup->deformed * u[im->right]) : (double)NAN;
+        im->move[im->cells + k] = metal ? pdi_images_round(m->setup->deformed * u[im->up]) : (double)NAN;
+    }
+    pdi_images_bonds(im);
+}
+
+/* Does the cell hold together with its neighbour? */
+static int pdi_images_joined(const void *user, int cell, int other)
+{
+    const pd_images *im = (const pd_images *)user;
+    int low = cell < other ? cell : other, high = cell < other ? other : cell;
+    int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
+    for (int b = 0; b < 4; b++)
+        if (pdi_images_beside[b][0] == x && pdi_images_beside[b][1] == y) return im->joined[low] >> b & 1;
+    return 0;
+}
+
+/* The field of this instant. */
+static void pdi_images_fill(pd_images *im, pd_field field)
+{
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        im->cell[k] = pdi_images_round(pdi_sample_node(im->model, field, node));
+        im->paint[k] = (uint8_t)pdi_images_paint(im->model, field, node);
+    }
+}
+
+/* ---- what frames have in common ---- */
+
+static int pdi_images_order(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Value number `at` of sorted ones, linear between two. */
+static double pdi_images_rank(const double *sorted, int64_t count, double at)
+{
+    int64_t below = (int64_t)fmin(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
+}
+
+/* Ends of the values of this frame that count. */
+static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *hi)
+{
+    int64_t count = 0;
+    *lo = HUGE_VAL;
+    *hi = -HUGE_VAL;
+    for (int64_t k = 0; k < im->cells; k++) {
+        double value = im->cell[k];
+        if (im->paint[k] != PD_PAINT_FIELD || isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
+        *lo = fmin(*lo, value);
+        *hi = fmax(*hi, value);
+        if (im->sorted) im->sorted[count] = value;
+        count++;
+    }
+    if (!im->sorted || count == 0) return;
+    double cut = 0.5 * (1.0 - im->model->setup->drawing.percentile) * (double)(count - 1);
+    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_images_order);
+    *lo = pdi_images_rank(im->sorted, count, cut);
+    *hi = pdi_images_rank(im->sorted, count, (double)(count - 1) - cut);
+}
+
+/* The range does not depend on frames. */
+static int pdi_images_known(const pd_setup *u, pd_field field)
+{
+    const double *range = u->drawing.range[field];
+    int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
+    return range[0] < range[1] || (shares && !(u->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
+           field == PD_FIELD_PHASE;
+}
+
+static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, const pdi_warp *warp)
+{
+    pd_images_view *view = &im->view[field];
+    double lo, hi;
+    if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
+    if (pdi_images_known(im->model->setup, field)) return PD_OK;
+    pdi_images_ends(im, field, &lo, &hi);
+    view->lo = fmin(view->lo, lo);
+    view->hi = fmax(view->hi, hi);
+    return PD_OK;
+}
+
+/* ---- pictures ---- */
+
+typedef struct pdi_images_text {
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8], shown[PDI_LABEL_SIZE + 8];
+} pdi_images_text;
+
+static const char *pdi_images_stamp(double time, pdi_images_text *text)
+{
+    char value[PD_UNITS_TEXT], label[PDI_LABEL_SIZE];
+    pdi_setup_show(time, "s", value);
+    snprintf(text->shown, sizeof text->shown, "t = %s", pdi_label_value(value, label));
+    return text->shown;
+}
+
+static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_images_text *text)
+{
+    const pd_setup *u = im->model->setup;
+    char value[PD_UNITS_TEXT], place[PDI_LABEL_SIZE];
+    const char *name = pdi_setup_field_name(field);
+    if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
+    else {
+        pdi_setup_show(u->slice_at, "m", value);
+        snprintf(text->title, sizeof text->title, "%s: %s at %c = %.*s", u->name, name, "xyz"[u->slice_axis],
+                 PD_UNITS_TEXT, pdi_label_value(value, place));
+    }
+    size_t used = strlen(text->title);
+    if (pdi_images_moved(im, field))
+        snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->deformed);
+    return text->title;
+}
+
+static pd_map pdi_images_map(const pd_setup *u, pd_field field)
+{
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
+    if (pdi_setup_field_numbered(field)) return PD_MAP_LABELS;
+    if (u->drawing.map[field]) return (pd_map)(u->drawing.map[field] - 1);
+    return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+}
+
+/* The range that is given, that of shares, or that of all frames. */
+static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
+{
+    const pd_setup *u = im->model->setup;
+    *lo = u->drawing.range[field][0];
+    *hi = u->drawing.range[field][1];
+    if (*lo < *hi) return;
+    *lo = pdi_images_known(u, field) ? 0.0 : im->view[field].lo;
+    *hi = pdi_images_known(u, field) ? 1.0 : im->view[field].hi;
+    pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
+}
+
+static void pdi_images_names(pd_field field, pd_picture *picture)
+{
+    static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
+    static const char *const phases[] = {"fluid", "solid"};
+    static const uint32_t colours[] = {0xE8EAEDu, 0xC9DEF2u, 0x9A9DA1u, 0x3C4043u};
+    picture->names = field == PD_FIELD_KIND ? kinds : field == PD_FIELD_PHASE ? phases : NULL;
+    picture->colours = field == PD_FIELD_KIND ? colours : field == PD_FIELD_PHASE ? colours + 1 : NULL;
+    picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
+}
+
+/* What the frame in memory shows. */
+static void pdi_images_picture(const pd_images *im, pd_field field, double time, pdi_images_text *text,
+                               pd_picture *picture)
+{
+    static const char *const axes[3] = {"x", "y", "z"};
+    const pd_model *m = im->model;
+    const pd_setup_drawing *drawing = &m->setup->drawing;
+    memset(picture, 0, sizeof *picture);
+    picture->nx = im->nx;
+    picture->ny = im->ny;
+    picture->values = im->cell;
+    picture->paint = im->paint;
+    picture->lo[0] = m->grid.lo[im->right];
+    picture->lo[1] = im->below ? -m->grid.hi[im->up] : m->grid.lo[im->up];
+    picture->hi[0] = m->grid.hi[im->right];
+    picture->hi[1] = m->grid.hi[im->up];
+    picture->axes[0] = axes[im->right];
+    picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
+    picture->mirrored = im->below > 0;
+    picture->map = pdi_images_map(m->setup, field);
+    picture->log = pdi_images_log(im, field);
+    picture->smooth = drawing->smooth;
+    picture->width = drawing->width;
+    pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_names(field, picture);
+    picture->title = pdi_images_title(im, field, text);
+    picture->stamp = pdi_images_stamp(time, text);
+    picture->widest = "t = 000.000 min";
+    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(field); /* the title names it */
+}
+
+static void pdi_images_warp(const pd_images *im, pd_field field, const pd_picture *picture, pdi_warp *warp)
+{
+    memset(warp, 0, sizeof *warp);
+    warp->still = picture;
+    warp->move = im->move;
+    warp->joined = pdi_images_joined;
+    warp->user = im;
+    for (int d = 0; d < 2 && im->view[field].low[0] < im->view[field].high[0]; d++) {
+        warp->lo[d] = im->view[field].low[d];
+        warp->hi[d] = im->view[field].high[d];
+    }
+}
+
+/* 1D: the field over x. x [cells] [um] is filled. */
+static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_images_text *text, double *x,
+                             pd_plot *plot)
+{
+    const pd_model *m = im->model;
+    pdi_ticks axis;
+    memset(plot, 0, sizeof *plot);
+    memset(&axis, 0, sizeof axis);
+    for (int k = 0; k < im->nx; k++) {
+        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
+        if (im->paint[k] != PD_PAINT_FIELD) im->cell[k] = (double)NAN;
+    }
+    snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_images_stamp(time, text));
+    plot->title = text->title;
+    plot->x_label = "x [um]";
+    plot->y_label = pdi_setup_field_label(field);
+    plot->x_lo = m->grid.lo[0] * 1e6;
+    plot->x_hi = m->grid.hi[0] * 1e6;
+    plot->y_log = axis.log = pdi_images_log(im, field);
+    pdi_images_range(im, field, PD_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
+    if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1])) pdi_ticks_widen(0.03, &axis);
+    plot->y_lo = axis.lo;
+    plot->y_hi = axis.hi;
+    plot->count = 1;
+    plot->series[0].x = x;
+    plot->series[0].y = im->cell;
+    plot->series[0].count = im->nx;
+}
+
+/* Draw the frame in memory: into the image, or, where there is none, into a file. */
+static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
+                                 pd_image *image)
+{
+    pdi_images_text text;
+    pd_picture picture;
+    pdi_warp warp;
+    pd_plot plot;
+    double *x = NULL;
+    if (PD_DIM > 1) {
+        pdi_images_picture(im, field, time, &text, &picture);
+        if (!pdi_images_moved(im, field))
+            return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
+        pdi_images_warp(im, field, &picture, &warp);
+        return image ? pdi_warp_draw(ctx, &warp, image) : pdi_warp_write(ctx, path, &warp);
+    }
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, x));
+    pdi_images_curve(im, field, time, &text, x, &plot);
+    pd_status status = image ? pdi_plot_draw(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, im->cells, x);
+    return status;
+}
+
+/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end, const char *picture)
+{
+    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
+    size_t size = 0;
+    pd_file file;
+    pd_ctx quiet = *ctx;
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
+    PDI_TRY(pd_file_join(ctx, im->folder->path, name, path));
+    int known = (im->latest >> field & 1u) != 0;
+    if (!known && im->last > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
+        pdi_file_abandon(&file);
+        known = 1;
+    }
+    if (!known) PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_file_write(ctx, &file, data, size);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
+/* Its files. fresh: they stand in no list yet. */
+static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh)
+{
+    static const char *const ends[2] = {"png", "svg"};
+    unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    for (int k = 0; k < 2; k++) {
+        if (!(formats >> k & 1u)) continue;
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_setup_field_name(field), frame, time, ends[k], name));
+        PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
+                      : pd_file_join(ctx, im->folder->path, name, path));
+        PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
+        if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
+    }
+    im->latest |= 1u << field;
+    return PD_OK;
+}
+
+/* ---- frames in a file ---- */
+
+/* Numbers as floats, to the file or from it. */
+static pd_status pdi_images_numbers(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
+{
+    float piece[PDI_IMAGES_PIECE];
+    size_t got;
+    for (int64_t at = 0; at < count; at += PDI_IMAGES_PIECE) {
+        size_t n = (size_t)(count - at < PDI_IMAGES_PIECE ? count - at : PDI_IMAGES_PIECE);
+        if (reading) {
+            PDI_TRY(pdi_file_get(ctx, file, piece, n * sizeof *piece, &got));
+            if (got != n * sizeof *piece) return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
+        } else {
+            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
+            PDI_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
+        }
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
+{
+    size_t got;
+    if (!reading) return pdi_file_write(ctx, file, data, size);
+    PDI_TRY(pdi_file_get(ctx, file, data, size, &got));
+    return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+}
+
+/* What follows the head; a newline is its end. */
+static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
+{
+    char end = '\n';
+    PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    if (pdi_images_moved(im, field)) {
+        PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
+        PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
+    }
+    return pdi_images_bytes(ctx, file, reading, &end, 1);
+}
+
+/* [byte] of it. */
+static int64_t pdi_images_size(const pd_images *im, pd_field field)
+{
+    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+}
+
+static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
+{
+    pdi_images_head head;
+    memset(&head, 0, sizeof head);
+    head.field = (double)field;
+    head.frame = frame;
+    head.time = im->model->couple.time;
+    head.view = im->view[field];
+    PDI_TRY(pdi_file_write(ctx, &im->kept, &head, sizeof head));
+    PDI_TRY(pdi_images_body(ctx, im, field, &im->kept, 0));
+    return pdi_file_flush(ctx, &im->kept);
+}
+
+PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
+{
+    double time = im->model->couple.time;
+    pdi_images_text text;
+    pd_picture picture;
+    pdi_warp warp;
+    memset(&warp, 0, sizeof warp);
+    im->last = frame;
+    if (im->move) pdi_images_moves(im);
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        if (!pdi_images_drawn(im, field)) continue;
+        PDI_TRY(pdi_poll(ctx, "pictures", k));
+        pdi_images_fill(im, field);
+        if (pdi_images_moved(im, field)) {
+            pdi_images_picture(im, field, time, &text, &picture);
+            pdi_images_warp(im, field, &picture, &warp);
+        }
+        PDI_TRY(pdi_images_look(ctx, im, field, &warp));
+        if (im->keeps) PDI_TRY(pdi_images_keep(ctx, im, field, frame));
+        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1));
+    }
+    im->frames++;
+    return PD_OK;
+}
+
+/* ---- the end ---- */
+
+static int pdi_images_same(const pd_images_view *a, const pd_images_view *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+/* The frames of a field, from the file: those with a smaller range, for a film all. */
+static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_field field, pdi_apng *film)
+{
+    pdi_images_head head;
+    pd_image image;
+    size_t got;
+    memset(&image, 0, sizeof image);
+    for (;;) {
+        PDI_TRY(pdi_file_get(ctx, file, &head, sizeof head, &got));
+        if (got < sizeof head) return PD_OK;
+        pd_field of = (pd_field)(int)head.field;
+        if (of != field || (!film && pdi_images_same(&head.view, &im->view[field]))) {
+            if (fseek((FILE *)file->stream, (long)pdi_images_size(im, of), SEEK_CUR) == 0) continue;
+            return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+        }
+        PDI_TRY(pdi_poll(ctx, "pictures", (int64_t)head.frame));
+        PDI_TRY(pdi_images_body(ctx, im, field, file, 1));
+        if (!pdi_images_same(&head.view, &im->view[field]))
+            PDI_TRY(pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0));
+        if (!film) continue;
+        pd_status status = pdi_images_draw(ctx, im, field, head.time, NULL, &image);
+        if (status == PD_OK) status = pdi_apng_add(ctx, film, &image);
+        pdi_image_free(ctx, &image);
+        PDI_TRY(status);
+    }
+}
+
+/* C_film.png */
+static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
+{
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    snprintf(name, sizeof name, "%s_film.png", pdi_setup_field_name(field));
+    PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
+}
+
+static pd_status pdi_images_all(pd_ctx *ctx, pd_images *im, pd_field field, const char *path)
+{
+    int filmed = im->model->setup->drawing.animate;
+    pd_file file;
+    pdi_apng film;
+    memset(&film, 0, sizeof film);
+    PDI_TRY(pdi_file_open(ctx, path, &file));
+    pd_status status = filmed ? pdi_images_film(ctx, im, field, &film) : PD_OK;
+    if (status == PD_OK) status = pdi_images_again(ctx, im, &file, field, filmed ? &film : NULL);
+    if (status == PD_OK && filmed) status = pdi_apng_commit(ctx, &film);
+    pdi_apng_abandon(&film);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+    im->keeps = 0;
+    pdi_file_remove(path);
+    return PD_OK;
+}
+
+/* ---- life ---- */
+
+/* Frames are drawn again where their range may grow. */
+static int pdi_images_grow(const pd_images *im)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        if (pdi_images_drawn(im, field) && !known) return 1;
+    }
+    return 0;
+}
+
+static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
+{
+    const pd_setup *u = im->model->setup;
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
+        PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    if (!(u->deformed > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
+    return PDI_NEW(ctx, "images", im->cells, im->joined);
+}
+
+PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *im)
+{
+    const pd_setup *u = model->setup;
+    memset(im, 0, sizeof *im);
+    im->model = model;
+    im->folder = folder;
+    if (!u->images) return PD_OK;
+    im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
+    im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
+    im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
+    im->nx = model->grid.n[im->right];
+    im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
+    im->cells = (int64_t)im->nx * im->ny;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_images_view *view = &im->view[k];
+        view->lo = view->low[0] = view->low[1] = HUGE_VAL;
+        view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
+    }
+    PDI_TRY(pdi_images_reserve(ctx, im));
+    im->keeps = u->drawing.animate || pdi_images_grow(im);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_folder_add(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    return pdi_file_append(ctx, path, &im->kept);
+}
+
+PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
+    PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
+    if (im->keeps && !archive->reading) PDI_TRY(pdi_file_length(ctx, &im->kept, &im->length));
+    PDI_TRY(PDI_KEEP(ctx, archive, "length of pictures", &im->length, 1));
+    if (!im->keeps || !archive->reading) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    return pdi_file_resume(ctx, path, im->length, &im->kept);
+}
+
+PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
+{
+    pdi_file_abandon(&im->kept); /* every frame has been flushed */
+    PDI_DELETE(ctx, im->cells, im->cell);
+    PDI_DELETE(ctx, im->cells, im->paint);
+    PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, im->cells, im->joined);
+    PDI_DELETE(ctx, im->cells, im->sorted);
+    memset(im, 0, sizeof *im);
+}
+
+#undef PDI_IMAGES_PIECE
+#undef PDI_IMAGES_LARGEST
+#undef PDI_IMAGES_DELAY
+
 /* ======== >>run/output.c ======== */
 /* output: see output.h */
 #include <math.h>
@@ -53816,7 +55721,6 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
                                                  "limiter",      "momentum",   "continuity",   "front_m"};
-#define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -53853,7 +55757,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_sample_label((pd_field)k);
+        f->name = pdi_setup_field_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -53892,242 +55796,6 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
     return pdi_pvd_add(ctx, &out->pvd, time, path);
-}
-
-/* ---- pictures ---- */
-
-/* Axes to the right and upward of the drawn plane. */
-static void pdi_output_plane(const pd_setup *u, int *right, int *up)
-{
-    *right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
-    *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
-}
-
-/* Does the metal have the field? */
-static int pdi_output_metal(pd_field field)
-{
-    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
-}
-
-static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
-{
-    uint8_t kind = m->grid.kind[node];
-    int solid = pdi_output_metal(field);
-    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
-    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
-    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
-}
-
-static void pdi_output_stamp(double time, char *stamp, size_t size)
-{
-    char text[PD_UNITS_TEXT];
-    pdi_setup_show(time, "s", text);
-    snprintf(stamp, size, "t = %s", text);
-}
-
-/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
-static int pdi_output_below(const pd_model *m, int up)
-{
-    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
-}
-
-/* The node that a cell of the drawn plane shows. */
-static int32_t pdi_output_node(const pd_model *m, int right, int up, int64_t cell)
-{
-    int below = pdi_output_below(m, up), nx = m->grid.n[right], row = (int)(cell / nx), i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
-    }
-    i[up] = row < below ? below - 1 - row : row - below;
-    i[right] = (int)(cell % nx); /* 1D: one row */
-    return pd_grid_node(&m->grid, i);
-}
-
-static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
-{
-    const pd_model *m = out->model;
-    for (int64_t k = 0; k < out->cells; k++) {
-        int32_t node = pdi_output_node(m, right, up, k);
-        out->cell[k] = pdi_sample_node(m, field, node);
-        out->paint[k] = (uint8_t)pdi_output_paint(m, field, node);
-    }
-}
-
-/* ---- pictures of the metal as it has moved ---- */
-
-typedef struct pdi_output_view {
-    const pd_model *model;
-    int right, up, whole; /* axes of the plane; 1: no bond is broken */
-} pdi_output_view;
-
-/* Is there a bond between the metal of both cells? */
-static int pdi_output_joined(const void *user, int cell, int other)
-{
-    const pdi_output_view *v = (const pdi_output_view *)user;
-    const pd_structure *s = &v->model->structure;
-    int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
-    int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
-    if (v->whole) return 1;
-    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
-        if (f.to == j) return !pdi_walk_broken(&f);
-    return 0;
-}
-
-/* Displacements of the cells as they are drawn [2][cells] [m]; NaN: the cell is no metal. */
-static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, double *move)
-{
-    const pd_model *m = v->model;
-    for (int64_t k = 0; k < out->cells; k++) {
-        int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
-        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
-        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
-        move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
-        move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
-    }
-}
-
-static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_picture *picture, int right, int up,
-                                   const char *path)
-{
-    const pd_body *body = &out->model->structure.body;
-    pdi_output_view view;
-    pdi_warp warp;
-    pd_image image;
-    double *move = NULL;
-    view.model = out->model;
-    view.right = right;
-    view.up = up;
-    view.whole = pdi_body_whole(body);
-    PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
-    pdi_output_moves(out, &view, move);
-    warp.still = picture;
-    warp.move = move;
-    warp.joined = pdi_output_joined;
-    warp.user = &view;
-    pd_status status = pdi_warp_draw(ctx, &warp, &image);
-    if (status == PD_OK) {
-        status = pdi_png_write(ctx, path, &image);
-        pdi_image_free(ctx, &image);
-    }
-    PDI_DELETE(ctx, 2 * out->cells, move);
-    return status;
-}
-
-static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
-{
-    char place[PD_UNITS_TEXT];
-    size_t used = 0;
-    if (PD_DIM < 3) snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
-    else {
-        pdi_setup_show(u->slice_at, "m", place);
-        snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
-    }
-    used = strlen(title);
-    if (pdi_output_metal(field) && u->deformed > 0.0)
-        snprintf(title + used, size - used, ", displacements x %g", u->deformed);
-}
-
-static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
-{
-    const pd_model *m = out->model;
-    int right, up;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8];
-    pd_picture picture;
-    memset(&picture, 0, sizeof picture);
-    pdi_output_plane(m->setup, &right, &up);
-    pdi_output_cells(out, field, right, up);
-    pdi_output_title(m->setup, field, title, sizeof title);
-    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
-    picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
-    picture.values = out->cell;
-    picture.paint = out->paint;
-    picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
-    picture.hi[0] = m->grid.hi[right];
-    picture.hi[1] = m->grid.hi[up];
-    int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
-    picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
-    picture.title = title;
-    picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
-    if (pdi_output_metal(field) && m->setup->deformed > 0.0)
-        return pdi_output_warped(ctx, out, &picture, right, up, path);
-    return pd_picture_write(ctx, path, &picture);
-}
-
-/* 1D: the field over x. */
-static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
-{
-    const pd_model *m = out->model;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
-    pd_plot plot;
-    double *x = NULL;
-    memset(&plot, 0, sizeof plot);
-    PDI_TRY(PDI_NEW(ctx, "output", m->grid.n[0], x));
-    pdi_output_cells(out, field, 0, 0);
-    for (int k = 0; k < m->grid.n[0]; k++) {
-        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
-        if (out->paint[k] != PD_PAINT_FIELD) out->cell[k] = (double)NAN;
-    }
-    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
-    snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
-    plot.title = title;
-    plot.x_label = "x [um]";
-    plot.y_label = pdi_sample_label(field);
-    plot.count = 1;
-    plot.series[0].x = x;
-    plot.series[0].y = out->cell;
-    plot.series[0].count = m->grid.n[0];
-    pd_status status = pd_plot_write(ctx, path, &plot);
-    PDI_DELETE(ctx, m->grid.n[0], x);
-    return status;
-}
-
-/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
-static pd_status pdi_output_latest(pd_ctx *ctx, pd_output *out, pd_field field, const char *picture)
-{
-    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
-    size_t size = 0;
-    pd_file file;
-    pd_ctx quiet = *ctx;
-    if (!out->live) return PD_OK;
-    snprintf(name, sizeof name, "latest_%.40s.png", pdi_setup_field_name(field));
-    PDI_TRY(pd_file_join(ctx, out->folder->path, name, path));
-    int known = (out->latest >> field & 1u) != 0;
-    if (!known && out->frame > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
-        pdi_file_abandon(&file);
-        known = 1;
-    }
-    if (!known) PDI_TRY(pdi_folder_add(ctx, out->folder, name, path));
-    out->latest |= 1u << field;
-    PDI_TRY(pdi_file_read(ctx, picture, PDI_OUTPUT_PICTURE, &data, &size));
-    pd_status status = pdi_file_create(ctx, path, &file);
-    if (status == PD_OK) {
-        status = pdi_file_write(ctx, &file, data, size);
-        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
-        else pdi_file_abandon(&file);
-    }
-    PDI_DELETE(ctx, size + 1, data);
-    return status;
-}
-
-static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
-{
-    char path[PD_PATH_SIZE];
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        if (!((out->model->setup->images >> k) & 1u)) continue;
-        PDI_TRY(pdi_poll(ctx, "pictures", k));
-        PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
-        PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
-                            : pdi_output_picture(ctx, out, (pd_field)k, path));
-        PDI_TRY(pdi_output_latest(ctx, out, (pd_field)k, path));
-    }
-    return PD_OK;
 }
 
 /* ---- tables ---- */
@@ -54241,18 +55909,13 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
 static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
-    int right, up;
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
-    if (!m->setup->images) return PD_OK;
-    pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
-    PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
-    return PDI_NEW(ctx, "output", out->cells, out->paint);
+    return PD_OK;
 }
 
 /* All but the tables. */
@@ -54264,6 +55927,7 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     out->written = -1.0;
     out->folder = folder;
     PDI_TRY(pdi_output_reserve(ctx, out));
+    PDI_TRY(pdi_images_build(ctx, model, folder, &out->images));
     PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
     return pdi_pvd_init(ctx, path, &out->pvd);
 }
@@ -54273,6 +55937,7 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pdi_images_open(ctx, &out->images));
     return pdi_output_tables(ctx, out);
 }
 
@@ -54281,6 +55946,7 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     PDI_TRY(PDI_KEEP(ctx, archive, "frame", &out->frame, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
+    PDI_TRY(pdi_images_store(ctx, &out->images, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
         PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
@@ -54319,7 +55985,7 @@ PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
     if (out->written >= time) return PD_OK;
     pdi_output_fill(ctx, out);
     PDI_TRY(pdi_output_vti(ctx, out));
-    PDI_TRY(pdi_output_images(ctx, out));
+    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
     out->written = time;
     out->frame++;
     return PD_OK;
@@ -54360,16 +56026,21 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     plot.series[0].y = out->loss;
     plot.series[0].count = (int)out->rows;
     for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(pdi_folder_add(ctx, out->folder, "volume_loss.png", path));
     PDI_TRY(PDI_NEW(ctx, "output", points, work));
     pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
-    pd_status status = pd_plot_write(ctx, path, &plot);
+    pd_status status = PD_OK;
+    for (int k = 0; k < 2 && status == PD_OK; k++) {
+        if (!((u->drawing.formats ? u->drawing.formats : 1u) >> k & 1u)) continue;
+        status = pdi_folder_add(ctx, out->folder, k ? "volume_loss.svg" : "volume_loss.png", path);
+        if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
+    }
     PDI_DELETE(ctx, points, work);
     return status;
 }
 
-PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
+    if (over) PDI_TRY(pdi_images_finish(ctx, &out->images));
     PDI_TRY(pdi_output_loss(ctx, out));
     PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
     return pdi_csv_close(ctx, &out->probes);
@@ -54381,18 +56052,16 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     int32_t total = out->model ? out->model->grid.total : 0;
     pdi_csv_close(&quiet, &out->diagnostics);
     pdi_csv_close(&quiet, &out->probes);
+    pdi_images_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
-    PDI_DELETE(ctx, out->cells, out->cell);
-    PDI_DELETE(ctx, out->cells, out->paint);
     PDI_DELETE(ctx, out->time_room, out->time);
     PDI_DELETE(ctx, out->loss_room, out->loss);
     memset(out, 0, sizeof *out);
 }
 
-#undef PDI_OUTPUT_PICTURE
 #undef PDI_OUTPUT_COLUMNS
 
 /* ======== >>run/summary.c ======== */
@@ -54945,7 +56614,7 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_setup_field_label((pd_field)f));
     }
     return count;
 }
@@ -55054,7 +56723,7 @@ static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, co
         if (!((m->desc->images >> f) & 1u)) continue;
         PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
         PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                 pdi_sample_label((pd_field)f), path));
+                                 pdi_setup_field_label((pd_field)f), path));
     }
     return PD_OK;
 }
@@ -55311,7 +56980,7 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 {
     char key[24], unit[16];
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_figures_unit(pdi_sample_label(field), unit);
+    pdi_figures_unit(pdi_setup_field_label(field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
         snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
         PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));
@@ -55883,7 +57552,7 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
-    r->output.live = r->desc->live;
+    r->output.images.live = r->desc->live;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
     return PD_OK;
@@ -55910,7 +57579,7 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
-    r->output.live = r->desc->live;
+    r->output.images.live = r->desc->live;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
@@ -55986,7 +57655,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
-    PDI_TRY(pdi_output_close(r->ctx, &r->output));
+    status = pdi_output_close(r->ctx, &r->output, !r->stopped);
+    if (status == PD_STOPPED) return pdi_run_halted(r);
+    if (status < 0) return status;
     if (!r->stopped) pdi_file_remove(r->checkpoint);
     pdi_run_show(r, PD_WHEN_END);
     return PD_OK;

@@ -55,6 +55,39 @@ spoil "unknown unit" 's/until = 1 h/until = 1 hr/' \
 spoil "unknown key" 's/until/untl/' \
     "bad.scene:8: found the unknown key 'untl' in [run], expected one of until, rtol, fraction, max_step: did you \
 mean 'until'?"
+# pictures
+drawn() { spoil "$1" "s/fields = C, v/images = C, kind  $2/" "$3"; }
+drawn "a range of a field that is not drawn" 'range = v 0 .. 1 m\/s' \
+    "bad.scene:9: range: found 'v', expected one of the fields of 'images'"
+drawn "a range of no field" 'range = 0 .. 1' "bad.scene:9: range: found '0', expected one of the fields of 'images'"
+drawn "half a range" 'range = C 5 mol\/m3' \
+    "bad.scene:9: range: found '5 mol/m3' behind 'C', expected a range: C 0 .. 1 mol/m3"
+drawn "a range of labels" 'range = kind 0 .. 1' "bad.scene:9: range: found 'kind', whose values have a colour each"
+drawn "a range twice" 'range = C 0 .. 1 mol\/m3, C 0 .. 2 mol\/m3' "bad.scene:9: range: found 'C' twice"
+drawn "an empty range" 'range = C 1 mol\/m3 .. 1 mol\/m3' \
+    "bad.scene:9: range: found 1 .. 1 of 'C', expected the smaller value first"
+drawn "a logarithmic range from zero" 'log = C  range = C 0 .. 1 mol\/m3' \
+    "bad.scene:9: range: found 0 of 'C', which is drawn by its logarithm, expected a positive value"
+drawn "the logarithm of labels" 'log = kind' "bad.scene:9: log: found 'kind', whose values have a colour each"
+drawn "the logarithm of what is not drawn" 'log = v' \
+    "bad.scene:9: log: found 'v', expected one of the fields of 'images'"
+drawn "an unknown map" 'map = jet' \
+    "bad.scene:9: map: found 'jet', expected violet, viridis, grey or diverging, or one of them behind a field"
+drawn "a map of what is not drawn" 'map = v grey' \
+    "bad.scene:9: map: found 'v', expected one of the fields of 'images'"
+drawn "no share" 'percentile = 0' \
+    "bad.scene:9: percentile: found 0 %, expected a share above 0 and up to 100 %"
+drawn "a share without its unit" 'percentile = 98' \
+    "bad.scene:9: percentile: found 9800 %, expected a share above 0 and up to 100 %"
+drawn "an unknown format" 'format = png, gif' "bad.scene:9: format: found 'gif', expected png, svg or both"
+drawn "a width of nothing" 'width = 0' \
+    "bad.scene:9: column 39: found 0, expected a whole number from 120 to 4000"
+drawn "unknown cells" 'cells = round' \
+    "bad.scene:9: column 39: found 'round', expected one of blocky, smooth"
+drawn "no animation" 'animate = gif' \
+    "bad.scene:9: column 41: found 'gif', expected one of no, yes, false, true, off, on"
+spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/' \
+    "bad.scene:9: width: found without 'images', the fields that are drawn"
 spoil "no until" 's/until = 1 h//' "bad.scene:8: found no 'until' in [run], expected until = a time [s]"
 spoil "unknown section" 's/\[transport\]/[transprt]/' \
     "bad.scene:6: scene: found the section [transprt], expected one of constants, grid, shape, side, flow, gas, \

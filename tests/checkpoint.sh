@@ -13,7 +13,7 @@ cat > pin.scene << 'END'
 [transport] D = 1e-9 m2/s
 [dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
 [run]       until = 4 h   fraction = 0.03
-[output]    every = 1 h   fields = C, v, kind   images = C
+[output]    every = 1 h   fields = C, v, kind   images = C, kind   animate = yes   percentile = 99 %
 [probe a]   at = 100 um, 0
 [force pin] box = -50 um .. 100 um, -30 um .. 30 um   balance = no
 [total all]

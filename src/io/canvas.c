@@ -6,8 +6,8 @@
 #define PDI_CANVAS_COLUMNS 5 /* width of a glyph */
 #define PDI_CANVAS_ROWS 9 /* seven above the baseline, two below */
 
-/* Glyphs of ASCII 32..126; bit 5 r + c is the dot in row r, column c. */
-static const uint64_t pdi_canvas_font[95] = {
+/* Glyphs of ASCII 32..126 and of four signs; bit 5 r + c is the dot in row r, column c. */
+static const uint64_t pdi_canvas_font[99] = {
     0x000000000000ULL, 0x000040108421ULL, 0x0000000014A5ULL, 0x000295F57D4AULL, 0x00011F4717C4ULL,
     0x000674222173ULL, 0x000593511526ULL, 0x000000000421ULL, 0x000104108444ULL, 0x000044421041ULL,
     0x000009575480ULL, 0x0000084F9080ULL, 0x02218C000000ULL, 0x000000078000ULL, 0x0000C6000000ULL,
@@ -26,15 +26,54 @@ static const uint64_t pdi_canvas_font[95] = {
     0x00024A32A421ULL, 0x000082108421ULL, 0x00056B5AAC00ULL, 0x00046318BC00ULL, 0x0003A318B800ULL,
     0x010BE318BC00ULL, 0x1087A318F800ULL, 0x00004211B400ULL, 0x0001D060B800ULL, 0x000304213C42ULL,
     0x0007A318C400ULL, 0x000114A8C400ULL, 0x0002AB5AC400ULL, 0x000454454400ULL, 0x0E87A318C400ULL,
-    0x0007C4447C00ULL, 0x00030420884CULL, 0x000042108421ULL, 0x0000C8441083ULL, 0x00000006C800ULL
+    0x0007C4447C00ULL, 0x00030420884CULL, 0x000042108421ULL, 0x0000C8441083ULL, 0x00000006C800ULL,
+    0x010DF318C400ULL, 0x000000318000ULL, 0x000000032526ULL, 0x000454454400ULL /* micro, middle dot, degree, times */
 };
+
+/* Letters of texts: an index into the glyphs, from 32 on; raised ones are smaller. */
+enum {
+    PDI_CANVAS_MICRO = 127,
+    PDI_CANVAS_DOT,
+    PDI_CANVAS_DEGREE,
+    PDI_CANVAS_TIMES,
+    PDI_CANVAS_RAISED = 256 /* added to the letter */
+};
+
+static pd_status pdi_canvas_size(pd_ctx *ctx, int width, int height)
+{
+    if (width >= 1 && height >= 1 && width <= PD_PNG_MAX_PIXELS / height) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
+                    PD_PNG_MAX_PIXELS);
+}
+
+PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas)
+{
+    memset(canvas, 0, sizeof *canvas);
+    memset(svg, 0, sizeof *svg);
+    PDI_TRY(pdi_canvas_size(ctx, width, height));
+    pdi_svg_begin(ctx, width, height, svg);
+    canvas->svg = svg;
+    canvas->image.width = width;
+    canvas->image.height = height;
+    pdi_canvas_unclip(canvas);
+    return svg->status;
+}
+
+PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image)
+{
+    pdi_svg_image(canvas->svg, left, top, image);
+}
+
+PDI_FN int pdi_canvas_is_vector(const char *path)
+{
+    size_t length = strlen(path);
+    return length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+}
 
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)
 {
     memset(canvas, 0, sizeof *canvas);
-    if (width < 1 || height < 1 || width > PD_PNG_MAX_PIXELS / height)
-        return pdi_fail(ctx, PD_ERR_SIZE, "picture", "%d x %d pixels, at most %d in all are possible", width, height,
-                        PD_PNG_MAX_PIXELS);
+    PDI_TRY(pdi_canvas_size(ctx, width, height));
     size_t bytes = (size_t)width * (size_t)height * 3;
     PDI_TRY(PDI_NEW(ctx, "picture", bytes, canvas->image.pixels));
     memset(canvas->image.pixels, 0xff, bytes);
@@ -51,6 +90,10 @@ PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, in
     canvas->top = top > 0 ? top : 0;
     canvas->right = right < canvas->image.width ? right : canvas->image.width;
     canvas->bottom = bottom < canvas->image.height ? bottom : canvas->image.height;
+    if (!canvas->svg) return;
+    int wide = canvas->right - canvas->left, high = canvas->bottom - canvas->top;
+    int all = wide == canvas->image.width && high == canvas->image.height;
+    pdi_svg_clip(canvas->svg, canvas->left, canvas->top, all ? 0 : wide, high);
 }
 
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas)
@@ -71,12 +114,20 @@ static void pdi_canvas_blend(pdi_canvas *canvas, int x, int y, uint32_t colour, 
 
 PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
 {
+    if (canvas->svg) {
+        pdi_svg_rectangle(canvas->svg, left, top, right - left, bottom - top, colour);
+        return;
+    }
     for (int y = top; y < bottom; y++)
         for (int x = left; x < right; x++) pdi_canvas_blend(canvas, x, y, colour, 1.0);
 }
 
 PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour)
 {
+    if (canvas->svg) {
+        pdi_svg_frame(canvas->svg, left - 0.5, top - 0.5, right - left + 1.0, bottom - top + 1.0, colour);
+        return;
+    }
     pdi_canvas_fill(canvas, left - 1, top - 1, right + 1, top, colour);
     pdi_canvas_fill(canvas, left - 1, bottom, right + 1, bottom + 1, colour);
     pdi_canvas_fill(canvas, left - 1, top, left, bottom, colour);
@@ -115,6 +166,10 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
     if (!pdi_canvas_cut(&xa, &ya, &xb, &yb, canvas->left - reach, canvas->right + reach) ||
         !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
         return;
+    if (canvas->svg) {
+        pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
+        return;
+    }
     double dx = xb - xa, dy = yb - ya;
     int steep = fabs(dy) > fabs(dx);
     double from = steep ? fmin(ya, yb) : fmin(xa, xb), to = steep ? fmax(ya, yb) : fmax(xa, xb);
@@ -133,7 +188,7 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
 }
 
 /* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters
- * come out at twice the size of the table with smooth edges. */
+ * come out at twice the size of the table with smooth edges. Raised ones are divided by three. */
 
 #define PDI_CANVAS_GLYPH 40 /* room for four times rows and columns with a margin */
 
@@ -169,7 +224,7 @@ static void pdi_canvas_double(uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH], 
 /* First ink column and number of columns; digits keep one width so that numbers line up. */
 static void pdi_canvas_extent(int letter, int *first, int *columns)
 {
-    uint64_t glyph = pdi_canvas_font[letter - 32];
+    uint64_t glyph = pdi_canvas_font[letter % PDI_CANVAS_RAISED - 32];
     int lo = PDI_CANVAS_COLUMNS, hi = -1;
     for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
         for (int r = 0; r < PDI_CANVAS_ROWS; r++)
@@ -177,23 +232,47 @@ static void pdi_canvas_extent(int letter, int *first, int *columns)
                 if (c < lo) lo = c;
                 hi = c;
             }
-    int fixed = letter >= '0' && letter <= '9';
+    int fixed = letter % PDI_CANVAS_RAISED >= '0' && letter % PDI_CANVAS_RAISED <= '9';
     *first = fixed || hi < 0 ? 0 : lo;
     *columns = fixed ? PDI_CANVAS_COLUMNS : hi < 0 ? 2 : hi - lo + 1;
 }
 
-/* The next printable letter of a UTF-8 text, 0 at its end. A few signs of units have an ASCII stand-in. */
+/* Pixels that a letter takes, with the gap behind it. */
+static int pdi_canvas_advance(int letter, int columns)
+{
+    return letter < PDI_CANVAS_RAISED ? 2 * columns + 2 : (4 * columns + 2) / 3 + 1;
+}
+
+/* The letter of a code of Unicode, '?' where there is none. */
+static int pdi_canvas_code(uint32_t code)
+{
+    switch (code) {
+    case 0xB5: case 0x3BC: return PDI_CANVAS_MICRO;
+    case 0xB7: case 0x22C5: return PDI_CANVAS_DOT;
+    case 0xB0: return PDI_CANVAS_DEGREE;
+    case 0xD7: return PDI_CANVAS_TIMES;
+    case 0xB9: return PDI_CANVAS_RAISED + '1';
+    case 0xB2: case 0xB3: return PDI_CANVAS_RAISED + '0' + (int)(code - 0xB0);
+    case 0x207A: return PDI_CANVAS_RAISED + '+';
+    case 0x207B: return PDI_CANVAS_RAISED + '-';
+    case 0x2212: return '-';
+    default: break;
+    }
+    if (code == 0x2070 || (code >= 0x2074 && code <= 0x2079)) return PDI_CANVAS_RAISED + '0' + (int)(code - 0x2070);
+    return code >= 32 && code < 127 ? (int)code : '?';
+}
+
+/* The next letter of a UTF-8 text, 0 at its end. */
 static int pdi_canvas_letter(const char **text)
 {
     const unsigned char *p = (const unsigned char *)*text;
-    int letter = *p, second = 0;
-    if (!letter) return 0;
-    for (p++; letter >= 0x80 && (*p & 0xC0) == 0x80; p++) second = *p;
+    uint32_t code = *p;
+    if (!code) return 0;
+    code &= code < 0x80 ? 0x7Fu : code < 0xE0 ? 0x1Fu : code < 0xF0 ? 0xFu : 7u;
+    int wide = *p++ >= 0x80;
+    for (; wide && (*p & 0xC0) == 0x80; p++) code = code << 6 | (*p & 0x3Fu);
     *text = (const char *)p;
-    if (letter == 0xC2 && second == 0xB5) return 'u';
-    if (letter == 0xC2 && second == 0xB2) return '2';
-    if (letter == 0xC2 && second == 0xB3) return '3';
-    return letter >= 32 && letter < 127 ? letter : '?';
+    return pdi_canvas_code(code);
 }
 
 PDI_FN int pdi_canvas_text_width(const char *text)
@@ -201,7 +280,7 @@ PDI_FN int pdi_canvas_text_width(const char *text)
     int width = 0, first, columns;
     for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
         pdi_canvas_extent(letter, &first, &columns);
-        width += 2 * columns + 2;
+        width += pdi_canvas_advance(letter, columns);
     }
     return width ? width - 2 : 0;
 }
@@ -211,7 +290,7 @@ static void pdi_canvas_letter_dots(int letter, uint8_t dots[PDI_CANVAS_GLYPH][PD
     memset(dots, 0, sizeof(uint8_t) * PDI_CANVAS_GLYPH * PDI_CANVAS_GLYPH);
     for (int r = 0; r < PDI_CANVAS_ROWS; r++)
         for (int c = 0; c < PDI_CANVAS_COLUMNS; c++)
-            dots[r][c] = (uint8_t)pdi_canvas_dot(pdi_canvas_font[letter - 32], c, r);
+            dots[r][c] = (uint8_t)pdi_canvas_dot(pdi_canvas_font[letter % PDI_CANVAS_RAISED - 32], c, r);
     int square = letter == '[' || letter == ']'; /* round ones would pass for parentheses */
     pdi_canvas_double(dots, PDI_CANVAS_COLUMNS, PDI_CANVAS_ROWS, square);
     pdi_canvas_double(dots, 2 * PDI_CANVAS_COLUMNS, 2 * PDI_CANVAS_ROWS, square);
@@ -223,17 +302,34 @@ static void pdi_canvas_write(pdi_canvas *canvas, int x, int y, int up, uint32_t 
     uint8_t dots[PDI_CANVAS_GLYPH][PDI_CANVAS_GLYPH];
     int at = 0, first, columns;
     for (int letter; (letter = pdi_canvas_letter(&text)) != 0;) {
+        int by = letter < PDI_CANVAS_RAISED ? 2 : 3; /* dots that become a pixel, across and down */
         pdi_canvas_extent(letter, &first, &columns);
         pdi_canvas_letter_dots(letter, dots);
-        for (int v = 0; v < 2 * PDI_CANVAS_ROWS; v++)
-            for (int u = 0; u < 2 * columns; u++) {
-                int s = 2 * (u + 2 * first), t = 2 * v;
-                int ink = dots[t][s] + dots[t][s + 1] + dots[t + 1][s] + dots[t + 1][s + 1];
+        for (int v = 0; v * by < 4 * PDI_CANVAS_ROWS; v++)
+            for (int u = 0; u * by < 4 * columns; u++) {
+                int ink = 0;
+                for (int k = 0; k < by * by; k++) {
+                    int s = u * by + k % by, t = v * by + k / by;
+                    if (s < 4 * columns && t < 4 * PDI_CANVAS_ROWS) ink += dots[t][s + 4 * first];
+                }
                 if (!ink) continue;
-                pdi_canvas_blend(canvas, up ? x + v : x + at + u, up ? y - at - u : y + v, colour, ink / 4.0);
+                int down = by > 2 ? v - 2 : v;
+                pdi_canvas_blend(canvas, up ? x + down : x + at + u, up ? y - at - u : y + down, colour,
+                                 (double)ink / (by * by));
             }
-        at += 2 * columns + 2;
+        at += pdi_canvas_advance(letter, columns);
     }
+}
+
+/* The same as text of vectors, which know where they are aligned. */
+static int pdi_canvas_set(pdi_canvas *canvas, int x, int y, pdi_align align, int up, int bold, uint32_t colour,
+                          const char *text)
+{
+    static const char *const anchor[3] = {"start", "middle", "end"};
+    if (!canvas->svg) return 0;
+    pdi_svg_text(canvas->svg, up ? x + PDI_CANVAS_CAPITAL : x, up ? y : y + PDI_CANVAS_CAPITAL, anchor[align], up, bold,
+                 colour, text);
+    return 1;
 }
 
 static int pdi_canvas_shift(pdi_align align, const char *text)
@@ -244,16 +340,19 @@ static int pdi_canvas_shift(pdi_align align, const char *text)
 
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, align, 0, 0, colour, text)) return;
     pdi_canvas_write(canvas, x - pdi_canvas_shift(align, text), y, 0, colour, text);
 }
 
 PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, align, 1, 0, colour, text)) return;
     pdi_canvas_write(canvas, x, y + pdi_canvas_shift(align, text), 1, colour, text);
 }
 
 PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text)
 {
+    if (pdi_canvas_set(canvas, x, y, PDI_ALIGN_START, 0, 1, colour, text)) return;
     pdi_canvas_write(canvas, x, y, 0, colour, text);
     pdi_canvas_write(canvas, x + 1, y, 0, colour, text);
 }

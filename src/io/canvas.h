@@ -1,10 +1,11 @@
-/* canvas: drawing on an RGB image: rectangles, smooth lines and discs, text in a font of our own.
+/* canvas: drawing on an RGB image, or as vectors: rectangles, smooth lines and discs, text, in images in a font of our
+ * own.
  *
  * Coordinates are pixels, x to the right, y down; colours are 0xRRGGBB. Drawing outside the clip rectangle is cut.
  */
 #ifndef PD_CANVAS_H
 #define PD_CANVAS_H
-#include "io/png.h"
+#include "io/svg.h"
 
 #ifdef PDI_INTERNAL
 #define PDI_CANVAS_CAPITAL 14 /* height of a capital letter */
@@ -12,7 +13,8 @@
 #define PDI_CANVAS_PAPER 0xFFFFFFu /* colour of the ground */
 
 typedef struct pdi_canvas {
-    pd_image image;
+    pd_image image;               /* vectors: without pixels */
+    pdi_svg *svg;                 /* NULL: pixels */
     int left, top, right, bottom; /* clip rectangle, right and bottom excluded */
 } pdi_canvas;
 
@@ -25,6 +27,12 @@ typedef enum pdi_align {
 
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
+/* The same with vectors; free svg with pdi_svg_free. */
+PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
+/* Draw an image, its upper left corner there; of vectors alone. */
+PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
+/* 1: the path is that of a file of vectors. */
+PDI_FN int pdi_canvas_is_vector(const char *path);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
 /* Fill [left, right) x [top, bottom). */
@@ -34,7 +42,7 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
 /* Straight stroke with round ends; pixel centres lie at half-integers. */
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour);
-/* ASCII text; y is the top of the capitals. */
+/* UTF-8 text of ASCII, µ, ·, °, × and raised digits; y is the top of the capitals. */
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* The same turned to read upward; x is the top of the capitals (their left side), y the anchor. */
 PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);

@@ -25,6 +25,25 @@ static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
     return 1;
 }
 
+static double pdi_colour_decode(uint32_t srgb, int shift)
+{
+    double x = (double)(srgb >> shift & 255) / 255;
+    return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
+}
+
+static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
+{
+    double r = pdi_colour_decode(srgb, 16), g = pdi_colour_decode(srgb, 8), b = pdi_colour_decode(srgb, 0);
+    double l = cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+    double m = cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+    double s = cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+    pdi_colour_lab c;
+    c.l = 0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s;
+    c.a = 1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s;
+    c.b = 0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s;
+    return c;
+}
+
 static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 {
     double rgb[3];
@@ -59,11 +78,27 @@ static double pdi_colour_curve(const double *v, double t)
     return b + 0.5 * s * (c - a + s * (2 * a - 5 * b + 4 * c - d + s * (3 * (b - c) + d - a)));
 }
 
+/* Straight pieces between equidistant colours. */
+static pdi_colour_lab pdi_colour_viridis(double t)
+{
+    static const uint32_t table[10] = {0x440154u, 0x482878u, 0x3E4989u, 0x31688Eu, 0x26828Eu,
+                                       0x1F9E89u, 0x35B779u, 0x6DCD59u, 0xB4DE2Cu, 0xFDE725u};
+    int k = t >= 1 ? 8 : (int)(9 * t);
+    double s = 9 * t - k;
+    pdi_colour_lab a = pdi_colour_of_srgb(table[k]), b = pdi_colour_of_srgb(table[k + 1]);
+    a.l += s * (b.l - a.l);
+    a.a += s * (b.a - a.a);
+    a.b += s * (b.b - a.b);
+    return a;
+}
+
 static pdi_colour_lab pdi_colour_path(pd_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
     if (map == PD_MAP_SEQUENTIAL)
         return pdi_colour_polar(0.27 + 0.65 * t, pdi_colour_curve(chroma, t), pdi_colour_curve(hue, t));
+    if (map == PD_MAP_VIRIDIS) return pdi_colour_viridis(t);
+    if (map == PD_MAP_GREY) return pdi_colour_polar(0.2 + 0.78 * t, 0, 0);
     double s = 2 * t - 1, away = fabs(s);
     return pdi_colour_polar(0.965 - 0.525 * away, 0.165 * sqrt(away) * (0.6 + 0.4 * away), s < 0 ? 255 : 28);
 }

@@ -6,12 +6,14 @@
 typedef enum pd_map {
     PD_MAP_SEQUENTIAL = 0, /* dark violet over teal to light yellow */
     PD_MAP_DIVERGING = 1,  /* blue over near white (the middle) to red, for signed fields */
-    PD_MAP_LABELS = 2      /* a colour for each whole number: grains, kinds */
+    PD_MAP_LABELS = 2,     /* a colour for each whole number: grains, kinds */
+    PD_MAP_GREY = 3,       /* dark to light grey */
+    PD_MAP_VIRIDIS = 4     /* through the colours of the map of that name (van der Walt and Smith 2015) */
 } pd_map;
 
 #ifdef PDI_INTERNAL
 #define PDI_COLOUR_COUNT 256 /* colours of a table */
-/* 0xRRGGBB from low to high, for the first two maps. */
+/* 0xRRGGBB from low to high, for all maps but labels. */
 PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
 /* The colour of a whole number. */
 PDI_FN uint32_t pdi_colour_label(int64_t number);

@@ -134,7 +134,7 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 /* What a run writes: a name without folder and with one of these endings. */
 static int pdi_folder_own(const char *name)
 {
-    static const char *const ends[] = {".csv", ".png", ".vti", ".pvd", ".bin"};
+    static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
     size_t length = strlen(name);
     if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
     for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)

@@ -1,15 +1,18 @@
 /* picture: see picture.h */
 #include "io/picture.h"
 #include "io/canvas.h"
+#include "io/label.h"
 #include "io/ticks.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PICTURE_WIDTH 1000 /* pixels that the width of the field aims at */
-#define PDI_PICTURE_HEIGHT 900 /* pixels that its height aims at */
-#define PDI_PICTURE_LARGEST 1400 /* beyond, cells are merged */
+#define PDI_PICTURE_LARGEST 1.4 /* times the wanted width: beyond, cells are merged */
 #define PDI_PICTURE_SMALLEST 120 /* below, the field is stretched */
+#define PDI_PICTURE_DECADES 8 /* of a logarithmic range that is not given, at most */
+#define PDI_PICTURE_LABELS 64 /* in a legend, at most */
+#define PDI_PICTURE_ROW 24 /* [pixel] of the legend */
+#define PDI_PICTURE_MARK 16 /* [pixel] of a mark in it */
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
@@ -18,6 +21,7 @@
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
 typedef struct pdi_picture_scale {
     int cells, each, merged, pixels;
+    int smooth; /* any number of pixels a cell */
 } pdi_picture_scale;
 
 typedef struct pdi_picture_layout {
@@ -29,10 +33,12 @@ typedef struct pdi_picture_layout {
     int y_label;
     pdi_ticks axis_x, axis_y, axis_bar; /* positions in their unit; values */
     const char *unit_x, *unit_y;
-    char x_label[96];
+    char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
     double aspect;  /* y against x */
-    int has_bar, has_solid, has_wall;
+    int has_bar, has_solid, has_wall, has_blank;
+    double label_lo, label_hi;            /* of all labels that are shown */
+    uint8_t present[PDI_PICTURE_LABELS];  /* label k is shown */
 } pdi_picture_layout;
 
 static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
@@ -43,13 +49,19 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
         if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
                             p->hi[d], d);
+    if (p->width != 0 && (p->width < PD_PICTURE_LEAST || p->width > PD_PICTURE_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
+                        PD_PICTURE_LEAST, PD_PICTURE_MOST);
     if (p->magnification < 0 || p->magnification > 256)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
                         p->magnification);
     if (!(p->range_lo <= p->range_hi) || isinf(p->range_hi - p->range_lo))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the colour range %g .. %g is empty", p->range_lo,
                         p->range_hi);
-    if ((int)p->map < 0 || (int)p->map > PD_MAP_LABELS)
+    if (p->log && p->range_lo < p->range_hi && !(p->range_lo > 0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
+                        p->range_lo);
+    if ((int)p->map < 0 || (int)p->map > PD_MAP_VIRIDIS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
@@ -63,41 +75,59 @@ static pd_paint pdi_picture_paint(const pd_picture *p, size_t cell)
     return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
 }
 
-/* Range of the colours, and which greys occur. */
+PDI_FN void pdi_picture_span(pd_map map, int log_scale, double *lo, double *hi)
+{
+    if (*lo > *hi) { /* nothing to show */
+        *lo = log_scale ? 1 : 0;
+        *hi = log_scale ? 10 : 1;
+    } else if (log_scale) *lo = fmax(*lo, *hi * pow(10.0, -PDI_PICTURE_DECADES));
+    else if (map == PD_MAP_DIVERGING) {
+        *hi = fmax(fabs(*lo), fabs(*hi));
+        if (!(*hi > 0)) *hi = 1;
+        *lo = -*hi;
+    }
+}
+
+/* Range of the colours, and what occurs. */
 static void pdi_picture_range(const pd_picture *p, pdi_picture_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
+    l->axis_bar.log = p->log && p->map != PD_MAP_LABELS;
     for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
         pd_paint paint = pdi_picture_paint(p, k);
         if (paint == PD_PAINT_SOLID) l->has_solid = 1;
         if (paint == PD_PAINT_WALL) l->has_wall = 1;
         if (paint != PD_PAINT_FIELD || isnan(p->values[k]) || isinf(p->values[k])) continue;
+        if (l->axis_bar.log && !(p->values[k] > 0)) {
+            l->has_blank = 1;
+            continue;
+        }
+        if (p->map == PD_MAP_LABELS && p->values[k] > -0.5 && p->values[k] < PDI_PICTURE_LABELS - 0.5)
+            l->present[(int)(p->values[k] + 0.5)] = 1;
         if (p->values[k] < lo) lo = p->values[k];
         if (p->values[k] > hi) hi = p->values[k];
     }
     if (p->range_lo < p->range_hi) {
         lo = p->range_lo;
         hi = p->range_hi;
-    } else if (lo > hi) {
-        lo = 0; /* nothing to show */
-        hi = 1;
-    } else if (p->map == PD_MAP_DIVERGING) {
-        hi = fmax(fabs(lo), fabs(hi));
-        if (!(hi > 0)) hi = 1;
-        lo = -hi;
-    }
-    l->axis_bar.lo = lo;
-    l->axis_bar.hi = hi;
+    } else pdi_picture_span(p->map, l->axis_bar.log, &lo, &hi);
+    l->axis_bar.lo = l->label_lo = lo;
+    l->axis_bar.hi = l->label_hi = hi;
     pdi_ticks_widen(0, &l->axis_bar);
     l->has_bar = p->map != PD_MAP_LABELS;
 }
 
-static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
+static pdi_picture_scale pdi_picture_fit(int cells, double wanted, int largest, int smooth)
 {
-    pdi_picture_scale s = {cells, 1, 1, 0};
+    pdi_picture_scale s = {cells, 1, 1, 0, 0};
+    if (smooth && wanted >= cells) {
+        s.smooth = 1;
+        s.pixels = (int)fmax(floor(wanted + 0.5), PDI_PICTURE_SMALLEST);
+        return s;
+    }
     /* The small shift lets equal spacings round alike. */
     if (wanted > cells) s.each = (int)floor(wanted / cells + 0.5 + 1e-6);
-    if (cells > PDI_PICTURE_LARGEST) s.merged = (cells + PDI_PICTURE_LARGEST - 1) / PDI_PICTURE_LARGEST;
+    if (cells > largest) s.merged = (cells + largest - 1) / largest;
     if (cells * s.each < PDI_PICTURE_SMALLEST) s.each = (PDI_PICTURE_SMALLEST + cells - 1) / cells;
     s.pixels = s.merged > 1 ? (cells + s.merged - 1) / s.merged : cells * s.each;
     return s;
@@ -107,7 +137,7 @@ static pdi_picture_scale pdi_picture_fit(int cells, double wanted)
 static void pdi_picture_even(double wanted, pdi_picture_scale *s)
 {
     int merged = (int)fmax(1.0, floor(s->cells / fmax(wanted, 1.0) + 0.5)), pixels = (s->cells + merged - 1) / merged;
-    if (s->each > 1 || s->merged > 1 || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
+    if (s->each > 1 || s->merged > 1 || s->smooth || merged < 2 || pixels < PDI_PICTURE_SMALLEST) return;
     s->merged = merged;
     s->pixels = pixels;
 }
@@ -118,16 +148,19 @@ static const char *pdi_picture_unit(double size, double lo, double hi, pdi_ticks
     double unit = size < 2e-6 ? 1e-9 : size < 2e-3 ? 1e-6 : size < 2 ? 1e-3 : 1;
     axis->lo = lo / unit;
     axis->hi = hi / unit;
-    return size < 2e-6 ? "nm" : size < 2e-3 ? "um" : size < 2 ? "mm" : "m";
+    return size < 2e-6 ? "nm" : size < 2e-3 ? "\xC2\xB5m" : size < 2 ? "mm" : "m";
 }
 
 static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
-    double scale = fmin(PDI_PICTURE_WIDTH / lx, PDI_PICTURE_HEIGHT / ly); /* [pixel/m] */
+    double width = p->width ? p->width : PD_PICTURE_WIDTH; /* [pixel] */
+    double scale = fmin(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
-    l->x = pdi_picture_fit(p->nx, scale * lx);
-    l->y = pdi_picture_fit(p->ny, scale * ly);
+    int largest = (int)(PDI_PICTURE_LARGEST * width), smooth = p->smooth && p->map != PD_MAP_LABELS;
+    smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
+    l->x = pdi_picture_fit(p->nx, scale * lx, largest, smooth);
+    l->y = pdi_picture_fit(p->ny, scale * ly, largest, smooth);
     if (l->x.merged > 1) pdi_picture_even(l->x.pixels / lx * ly, &l->y);
     if (l->y.merged > 1) pdi_picture_even(l->y.pixels / ly * lx, &l->x);
     l->aspect = (l->y.pixels / ly) / (l->x.pixels / lx);
@@ -138,6 +171,60 @@ static void pdi_picture_scales(const pd_picture *p, pdi_picture_layout *l)
     pdi_ticks_ticks(l->x.pixels / 110 + 1, &l->axis_x);
     pdi_ticks_ticks(l->y.pixels / 60 + 1, &l->axis_y);
     pdi_ticks_ticks(l->y.pixels / 50 + 1, &l->axis_bar);
+    for (int k = 0; p->mirrored && k < l->axis_y.count; k++)
+        if (l->axis_y.label[k][0] == '-')
+            memmove(l->axis_y.label[k], l->axis_y.label[k] + 1, strlen(l->axis_y.label[k]));
+}
+
+static const char *pdi_picture_axis(const pd_picture *p, int axis)
+{
+    return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
+}
+
+static uint32_t pdi_picture_label_colour(const pd_picture *p, double value)
+{
+    if (!(fabs(value) < 9e15)) return PDI_PICTURE_NAN;
+    int64_t label = (int64_t)floor(value + 0.5);
+    return p->colours && label >= 0 && label < p->name_count ? p->colours[label] : pdi_colour_label(label);
+}
+
+/* Rows that the legend of labels has room for, those of the whole series; 0: there are too many. */
+static int pdi_picture_rows(const pd_picture *p, const pdi_picture_layout *l)
+{
+    double rows = p->names ? p->name_count : floor(l->label_hi + 0.5) + 1;
+    if (p->map != PD_MAP_LABELS || !(rows >= 1) || rows > PDI_PICTURE_LABELS || !(l->label_lo > -0.5)) return 0;
+    return rows * PDI_PICTURE_ROW <= l->y.pixels + PDI_PICTURE_ROW ? (int)rows : 0;
+}
+
+/* text[32]: what the legend says of label k. */
+static void pdi_picture_name(const pd_picture *p, int k, char *text)
+{
+    if (p->names) snprintf(text, 32, "%.31s", p->names[k] ? p->names[k] : "");
+    else snprintf(text, 32, "%d", k);
+}
+
+/* In place of a legend of too many labels. */
+static void pdi_picture_many(const pdi_picture_layout *l, char *text)
+{
+    snprintf(text, 32, "%.0f to %.0f", floor(l->label_lo + 0.5), floor(l->label_hi + 0.5));
+}
+
+/* [pixel] of the legend of labels. */
+static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layout *l)
+{
+    char text[32];
+    int rows = pdi_picture_rows(p, l), widest = 0;
+    if (p->map != PD_MAP_LABELS) return 0;
+    if (!rows) {
+        pdi_picture_many(l, text);
+        return pdi_canvas_text_width(text);
+    }
+    for (int k = 0; k < rows; k++) {
+        pdi_picture_name(p, k, text);
+        int width = pdi_canvas_text_width(text);
+        if (width > widest) widest = width;
+    }
+    return PDI_PICTURE_MARK + 10 + widest;
 }
 
 static int pdi_picture_widest(const pdi_ticks *axis)
@@ -151,19 +238,21 @@ static int pdi_picture_widest(const pdi_ticks *axis)
 }
 
 /* The label of the x axis also confesses a stretched axis. */
-static void pdi_picture_x_label(pdi_picture_layout *l)
+static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
 {
-    char axis = l->aspect > 1 ? 'y' : 'x';
+    const char *axis = pdi_picture_axis(p, l->aspect > 1), *x = pdi_picture_axis(p, 0);
     double times = l->aspect > 1 ? l->aspect : 1 / l->aspect;
     if (times > 1.05)
-        snprintf(l->x_label, sizeof l->x_label, "x [%s]   (%c drawn %.3g times larger)", l->unit_x, axis, times);
-    else snprintf(l->x_label, sizeof l->x_label, "x [%s]", l->unit_x);
+        snprintf(l->x_label, sizeof l->x_label, "%.30s [%s]   (%.30s drawn %.3g times larger)", x, l->unit_x, axis,
+                 times);
+    else snprintf(l->x_label, sizeof l->x_label, "%.30s [%s]", x, l->unit_x);
 }
 
 static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
 {
     int title = p->title ? pdi_canvas_text_width(p->title) + 1 : 0;
-    int stamp = p->stamp ? pdi_canvas_text_width(p->stamp) : 0;
+    const char *widest = p->widest ? p->widest : p->stamp;
+    int stamp = p->stamp ? pdi_canvas_text_width(widest) : 0;
     l->y_label = 14;
     l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
@@ -173,9 +262,12 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
         l->bar = edge + 28;
         l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    } else {
+        l->bar = edge + 28;
+        if (l->bar + pdi_picture_legend_width(p, l) > right) right = l->bar + pdi_picture_legend_width(p, l);
     }
     int header = l->left + title + stamp + (title && stamp ? 30 : 0);
-    if (!l->has_bar && p->label) header += pdi_canvas_text_width(p->label) + 30;
+    if (!l->has_bar && p->label) header += pdi_canvas_text_width(l->label) + 30;
     if (l->has_bar && l->axis_bar.exponent && header + 10 > l->bar) l->top += 22; /* room for the factor below */
     /* Under a narrow field the label is wider than the field. */
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
@@ -185,11 +277,58 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
+static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
+
+/* The colour of a place 0..1 of the bar. */
+static uint32_t pdi_picture_shade(const uint32_t *table, double place)
+{
+    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
+    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+}
+
+/* The cell has a place on the bar. */
+static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
+{
+    return pdi_picture_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
+           (!l->axis_bar.log || p->values[cell] > 0);
+}
+
+/* Between the middles of cells; the edge of what has no value stays that of its cells. */
+static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
+                                    int py)
+{
+    double at[2], sum = 0, weights = 0;
+    int low[2], n[2] = {p->nx, p->ny};
+    at[0] = (px + 0.5) * p->nx / l->x.pixels;
+    at[1] = (py + 0.5) * p->ny / l->y.pixels;
+    size_t own = (size_t)fmin(at[1], p->ny - 1.0) * (size_t)p->nx + (size_t)fmin(at[0], p->nx - 1.0);
+    pd_paint paint = pdi_picture_paint(p, own);
+    if (paint != PD_PAINT_FIELD) return pdi_picture_flat[paint];
+    if (isnan(p->values[own])) return PDI_PICTURE_NAN;
+    if (!pdi_picture_placed(p, l, own)) return PDI_CANVAS_PAPER;
+    for (int d = 0; d < 2; d++) low[d] = (int)floor(at[d] - 0.5);
+    for (int corner = 0; corner < 4; corner++) {
+        int i[2];
+        double weight = 1;
+        for (int d = 0; d < 2; d++) {
+            int up = corner >> d & 1;
+            double share = at[d] - 0.5 - low[d];
+            i[d] = low[d] + up < 0 ? 0 : low[d] + up >= n[d] ? n[d] - 1 : low[d] + up;
+            weight *= up ? share : 1 - share;
+        }
+        size_t cell = (size_t)i[1] * (size_t)p->nx + (size_t)i[0];
+        if (!pdi_picture_placed(p, l, cell)) continue;
+        sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
+        weights += weight;
+    }
+    return pdi_picture_shade(table, sum / weights);
+}
+
 /* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
 static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int px,
                                    int py)
 {
-    static const uint32_t flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
+    if (l->x.smooth) return pdi_picture_between(p, l, table, px, py);
     int i0 = px / l->x.each * l->x.merged, j0 = py / l->y.each * l->y.merged, count[4] = {0, 0, 0, 0}, most = 0;
     double sum = 0, first = 0;
     for (int j = j0; j < j0 + l->y.merged && j < p->ny; j++)
@@ -202,33 +341,46 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
         }
     for (int k = 1; k < 4; k++)
         if (count[k] > count[most]) most = k;
-    if (most) return flat[most];
+    if (most) return pdi_picture_flat[most];
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_PICTURE_NAN;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS)
-        return fabs(first) < 9e15 ? pdi_colour_label((int64_t)floor(first + 0.5)) : PDI_PICTURE_NAN;
-    double place = pdi_ticks_place(&l->axis_bar, value);
-    place = place < 0 ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+    if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
+    if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
+    return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
-static void pdi_picture_field(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
-                              pdi_canvas *canvas)
+static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
+                               int top, pdi_canvas *canvas)
 {
     for (int y = 0; y < l->y.pixels; y += l->y.each)
         for (int x = 0; x < l->x.pixels; x += l->x.each) {
             uint32_t colour = pdi_picture_colour(p, l, table, x, y);
-            int bottom = l->top + l->y.pixels - y;
-            pdi_canvas_fill(canvas, l->left + x, bottom - l->y.each, l->left + x + l->x.each, bottom, colour);
+            int bottom = top + l->y.pixels - y;
+            pdi_canvas_fill(canvas, left + x, bottom - l->y.each, left + x + l->x.each, bottom, colour);
         }
-    pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
 }
 
-static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* The cells, among vectors an image. */
+static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
+                                   pdi_canvas *canvas)
+{
+    pdi_canvas cells;
+    if (!canvas->svg) pdi_picture_pixels(p, l, table, l->left, l->top, canvas);
+    else {
+        PDI_TRY(pdi_canvas_init(ctx, l->x.pixels, l->y.pixels, &cells));
+        pdi_picture_pixels(p, l, table, 0, 0, &cells);
+        pdi_canvas_image(canvas, l->left, l->top, &cells.image);
+        pdi_image_free(ctx, &cells.image);
+    }
+    pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
+    return PD_OK;
+}
+
+static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels;
-    char text[32];
+    char text[64];
     for (int k = 0; k < l->axis_x.count; k++) {
         int x = l->left + (int)(pdi_ticks_place(&l->axis_x, l->axis_x.at[k]) * l->x.pixels);
         pdi_canvas_fill(canvas, x, bottom, x + 1, bottom + 7, PDI_CANVAS_INK);
@@ -242,7 +394,7 @@ static void pdi_picture_axes(const pdi_picture_layout *l, pdi_canvas *canvas)
     }
     pdi_canvas_text(canvas, l->x_label_start, bottom + 12 + PDI_CANVAS_CAPITAL + 12, PDI_ALIGN_START, PDI_CANVAS_INK,
                     l->x_label);
-    snprintf(text, sizeof text, "y [%s]", l->unit_y);
+    snprintf(text, sizeof text, "%.30s [%s]", pdi_picture_axis(p, 1), l->unit_y);
     pdi_canvas_text_up(canvas, l->y_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, text);
 }
 
@@ -250,7 +402,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
                             pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
-    char factor[24];
+    char factor[40], power[32];
     for (int y = 0; y < l->y.pixels; y++) {
         int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
         pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
@@ -263,26 +415,49 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
                         l->axis_bar.label[k]);
     }
     if (l->axis_bar.exponent) {
-        snprintf(factor, sizeof factor, "x 1e%d", l->axis_bar.exponent);
+        pdi_ticks_power(l->axis_bar.exponent, power);
+        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
         pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
     }
     if (p->label)
-        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, p->label);
+        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->label);
 }
 
-/* Key of the greys, right of the x label when there is room. */
+/* The labels that are shown and their colours, in place of the bar. */
+static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    char text[32];
+    int rows = pdi_picture_rows(p, l), y = l->top;
+    if (!rows) {
+        pdi_picture_many(l, text);
+        pdi_canvas_text(canvas, l->bar, y, PDI_ALIGN_START, PDI_CANVAS_INK, text);
+    }
+    for (int k = 0; k < rows; k++) {
+        if (!l->present[k]) continue;
+        pdi_picture_name(p, k, text);
+        pdi_canvas_fill(canvas, l->bar, y, l->bar + PDI_PICTURE_MARK, y + PDI_PICTURE_MARK,
+                        pdi_picture_label_colour(p, k));
+        pdi_canvas_text(canvas, l->bar + PDI_PICTURE_MARK + 10, y + (PDI_PICTURE_MARK - PDI_CANVAS_CAPITAL) / 2,
+                        PDI_ALIGN_START, PDI_CANVAS_INK, text);
+        y += PDI_PICTURE_ROW;
+    }
+}
+
+/* Key of what has no colour of the bar, right of the x label as far as there is room. */
 static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
 {
+    static const char *const name[3] = {"wall", "solid", "zero or less"};
+    static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
-    if (l->x.pixels < 600) return;
-    for (int k = 0; k < 2; k++) {
-        const char *name = k ? "solid" : "wall";
-        if (!(k ? l->has_solid : l->has_wall)) continue;
-        x -= pdi_canvas_text_width(name);
-        pdi_canvas_text(canvas, x, y, PDI_ALIGN_START, PDI_CANVAS_INK, name);
-        x -= PDI_CANVAS_CAPITAL + 8;
-        pdi_canvas_fill(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL,
-                        k ? PDI_PICTURE_SOLID : PDI_PICTURE_WALL);
+    int there[3] = {l->has_wall, l->has_solid, l->has_blank};
+    int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    for (int k = 0; k < 3; k++) {
+        int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
+        if (!there[k] || x - width < end) continue;
+        pdi_canvas_text(canvas, x, y, PDI_ALIGN_END, PDI_CANVAS_INK, name[k]);
+        x -= width;
+        pdi_canvas_fill(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, colour[k]);
+        pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
 }
@@ -293,7 +468,7 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     if (p->title) pdi_canvas_title(canvas, l->left, y, PDI_CANVAS_INK, p->title);
     int taken = l->left + (p->title ? pdi_canvas_text_width(p->title) + 30 : 0);
     if (!l->has_bar && p->label) {
-        pdi_canvas_text(canvas, taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->label);
+        pdi_canvas_text(canvas, taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, l->label);
         taken += pdi_canvas_text_width(p->label) + 30;
     }
     if (!p->stamp) return;
@@ -301,32 +476,51 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
     pdi_canvas_text(canvas, start > taken ? start : taken, y, PDI_ALIGN_START, PDI_CANVAS_INK, p->stamp);
 }
 
-PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg *svg, pdi_canvas *canvas)
 {
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
-    pdi_canvas canvas;
-    memset(image, 0, sizeof *image);
+    memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
     PDI_TRY(pdi_picture_check(ctx, picture));
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
-    pdi_picture_x_label(&l);
+    pdi_picture_x_label(picture, &l);
+    if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
-    pdi_colour_table(picture->map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, table);
-    PDI_TRY(pdi_canvas_init(ctx, l.width, l.height, &canvas));
-    pdi_picture_field(picture, &l, table, &canvas);
-    pdi_picture_axes(&l, &canvas);
-    if (l.has_bar) pdi_picture_bar(picture, &l, table, &canvas);
-    pdi_picture_key(&l, &canvas);
-    pdi_picture_header(picture, &l, &canvas);
-    *image = canvas.image;
+    pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
+                : pdi_canvas_init(ctx, l.width, l.height, canvas));
+    PDI_TRY(pdi_picture_field(ctx, picture, &l, table, canvas));
+    pdi_picture_axes(picture, &l, canvas);
+    if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
+    else pdi_picture_legend(picture, &l, canvas);
+    pdi_picture_key(&l, canvas);
+    pdi_picture_header(picture, &l, canvas);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
+    *image = canvas.image;
+    return status;
 }
 
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
     pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_picture_on(ctx, picture, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
     PDI_TRY(pdi_picture_draw(ctx, picture, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);

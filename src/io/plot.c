@@ -1,6 +1,7 @@
 /* plot: see plot.h */
 #include "io/plot.h"
 #include "io/canvas.h"
+#include "io/label.h"
 #include "io/ticks.h"
 #include "io/colour.h"
 #include <math.h>
@@ -114,15 +115,17 @@ static double pdi_plot_y(const pdi_plot_layout *l, double y)
 /* The common factor of the labels of an axis. */
 static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
 {
-    char text[24];
+    char text[40], power[32];
     if (!axis->exponent) return;
-    snprintf(text, sizeof text, "x 1e%d", axis->exponent);
+    pdi_ticks_power(axis->exponent, power);
+    snprintf(text, sizeof text, "\xC3\x97 %s", power);
     pdi_canvas_text(canvas, x, y, align, PDI_CANVAS_INK, text);
 }
 
 static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
+    char label[PDI_LABEL_SIZE];
     for (int k = 0; k < l->x.count; k++) {
         int x = (int)(pdi_plot_x(l, l->x.at[k])), named = l->x.label[k][0] != 0;
         x = x < l->right ? x : l->right - 1;
@@ -142,8 +145,11 @@ static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_can
     pdi_plot_factor(canvas, &l->y, 16, l->top - PDI_CANVAS_CAPITAL - 10, PDI_ALIGN_START);
     pdi_plot_factor(canvas, &l->x, l->right, l->bottom + 39, PDI_ALIGN_END);
     if (plot->x_label)
-        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->x_label);
-    if (plot->y_label) pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, plot->y_label);
+        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
+                        pdi_label_print(plot->x_label, label));
+    if (plot->y_label)
+        pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
+                           pdi_label_print(plot->y_label, label));
     if (plot->title) {
         int x = middle_x - pdi_canvas_text_width(plot->title) / 2, start = l->y.exponent ? 90 : 16;
         pdi_canvas_title(canvas, x > start ? x : start, l->top - PDI_CANVAS_CAPITAL - 16, PDI_CANVAS_INK, plot->title);
@@ -300,33 +306,49 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
     }
 }
 
-PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi_canvas *canvas)
 {
     pdi_plot_layout l;
-    pdi_canvas canvas;
     int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
-    memset(image, 0, sizeof *image);
+    memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
     PDI_TRY(pdi_plot_check(ctx, plot));
     PDI_TRY(pdi_plot_ranges(ctx, plot, &l));
     pdi_plot_place(plot, width, height, &l);
     if (l.right - l.left < 80)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
-    PDI_TRY(pdi_canvas_init(ctx, width, height, &canvas));
-    pdi_plot_axes(plot, &l, &canvas);
-    pdi_canvas_clip(&canvas, l.left, l.top, l.right, l.bottom);
-    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, &canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, &canvas);
-    pdi_canvas_unclip(&canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, &canvas);
-    pdi_plot_legend(plot, &l, &canvas);
-    *image = canvas.image;
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, width, height, svg, canvas) : pdi_canvas_init(ctx, width, height, canvas));
+    pdi_plot_axes(plot, &l, canvas);
+    pdi_canvas_clip(canvas, l.left, l.top, l.right, l.bottom);
+    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, canvas);
+    pdi_canvas_unclip(canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, canvas);
+    pdi_plot_legend(plot, &l, canvas);
     return PD_OK;
+}
+
+PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_plot_on(ctx, plot, NULL, &canvas);
+    *image = canvas.image;
+    return status;
 }
 
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
     pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_plot_on(ctx, plot, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
     PDI_TRY(pdi_plot_draw(ctx, plot, &image));
     pd_status status = pdi_png_write(ctx, path, &image);
     pdi_image_free(ctx, &image);

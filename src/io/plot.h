@@ -1,4 +1,4 @@
-/* plot: curves and markers over two axes as a PNG. */
+/* plot: curves and markers over two axes as a PNG or SVG. */
 #ifndef PD_PLOT_H
 #define PD_PLOT_H
 #include "io/png.h"
@@ -37,7 +37,7 @@ typedef struct pd_plot {
 /* Draw into an RGB image (freed by pdi_image_free). PD_ERR_ARGUMENT: no point can be shown, a bad range or size. */
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 #endif
-/* Draw and write as PNG. Also PD_ERR_FILE. */
+/* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
 
 #endif

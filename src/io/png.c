@@ -1,8 +1,6 @@
 /* png: see png.h */
 #include "io/png.h"
 #include "core/par.h"
-#include "io/file.h"
-#include "io/zlib.h"
 #include <string.h>
 
 #define PDI_PNG_MAX_FILE ((size_t)256 << 20)
@@ -61,7 +59,7 @@ static int pdi_png_predict(int filter, const uint8_t *row, const uint8_t *above,
 
 /* Writing. */
 
-static void pdi_png_put32(uint8_t *at, uint32_t value)
+PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value)
 {
     for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (24 - 8 * i));
 }
@@ -119,36 +117,54 @@ static void pdi_png_filter_row(const uint8_t *row, const uint8_t *above, size_t 
     }
 }
 
-static pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
+/* What stands before and behind the data of a chunk. */
+static void pdi_png_ends(const char *type, const uint8_t *data, size_t size, uint8_t head[8], uint8_t tail[4])
 {
-    uint8_t head[8], tail[4];
     pdi_png_put32(head, (uint32_t)size);
     memcpy(head + 4, type, 4);
-    pdi_png_put32(tail, pdi_zlib_crc(pdi_zlib_crc(0, head + 4, 4), data, size));
+    uint32_t crc = pdi_zlib_crc(0, head + 4, 4);
+    pdi_png_put32(tail, size ? pdi_zlib_crc(crc, data, size) : crc);
+}
+
+PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size)
+{
+    uint8_t head[8], tail[4];
+    pdi_png_ends(type, data, size, head, tail);
     PDI_TRY(pdi_file_write(ctx, file, head, sizeof head));
-    PDI_TRY(pdi_file_write(ctx, file, data, size));
+    if (size) PDI_TRY(pdi_file_write(ctx, file, data, size));
     return pdi_file_write(ctx, file, tail, sizeof tail);
+}
+
+static void pdi_png_header_of(const pd_image *image, uint8_t header[13])
+{
+    memset(header, 0, 13);
+    pdi_png_put32(header, (uint32_t)image->width);
+    pdi_png_put32(header + 4, (uint32_t)image->height);
+    header[8] = 8;
+    header[9] = image->channels == 3 ? 2 : 0;
+}
+
+PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image)
+{
+    uint8_t header[13];
+    pdi_png_header_of(image, header);
+    PDI_TRY(pdi_file_write(ctx, file, pdi_png_signature, sizeof pdi_png_signature));
+    return pdi_png_chunk(ctx, file, "IHDR", header, sizeof header);
 }
 
 static pd_status pdi_png_save(pd_ctx *ctx, const char *path, const pd_image *image, const pdi_bytes *packed)
 {
     pd_file file;
-    uint8_t header[13] = {0};
-    pdi_png_put32(header, (uint32_t)image->width);
-    pdi_png_put32(header + 4, (uint32_t)image->height);
-    header[8] = 8;
-    header[9] = image->channels == 3 ? 2 : 0;
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_file_write(ctx, &file, pdi_png_signature, sizeof pdi_png_signature);
-    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IHDR", header, sizeof header);
+    pd_status status = pdi_png_head(ctx, &file, image);
     if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IDAT", packed->data, packed->size);
-    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IEND", packed->data, 0);
+    if (status == PD_OK) status = pdi_png_chunk(ctx, &file, "IEND", NULL, 0);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);
     return status;
 }
 
-PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image)
 {
     if (!image->pixels || image->width < 1 || image->height < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "png", "an image of %d x %d pixels cannot be written", image->width,
@@ -158,12 +174,16 @@ PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *im
     if (image->width > PD_PNG_MAX_PIXELS / image->height)
         return pdi_fail(ctx, PD_ERR_SIZE, "png", "%d x %d pixels, at most %d in all are possible", image->width,
                         image->height, PD_PNG_MAX_PIXELS);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed)
+{
     size_t step = (size_t)image->channels, stride = (size_t)image->width * step, rows = (size_t)image->height;
     size_t size = (rows + 1) * (stride + 1);
     int nt = pdi_par_threads(ctx, (int64_t)(size / 4));
     (void)nt;
     uint8_t *filtered = NULL;
-    pdi_bytes packed = {NULL, 0, 0};
     PDI_TRY(PDI_NEW(ctx, "png", size, filtered));
     const uint8_t *zeros = filtered + rows * (stride + 1);
     PDI_PARALLEL_FOR(nt)
@@ -171,11 +191,42 @@ PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *im
         const uint8_t *row = image->pixels + (size_t)r * stride;
         pdi_png_filter_row(row, r ? row - stride : zeros, stride, step, filtered + (size_t)r * (stride + 1));
     }
-    pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), &packed);
+    pd_status status = pdi_zlib_deflate(ctx, filtered, rows * (stride + 1), packed);
     PDI_DELETE(ctx, size, filtered);
+    return status;
+}
+
+PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image)
+{
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(pdi_png_check(ctx, image));
+    pd_status status = pdi_png_pack(ctx, image, &packed);
     if (status == PD_OK) status = pdi_png_save(ctx, path, image, &packed);
     pdi_bytes_free(ctx, &packed);
     return status;
+}
+
+static pd_status pdi_png_add(pd_ctx *ctx, pdi_bytes *out, const char *type, const uint8_t *data, size_t size)
+{
+    uint8_t head[8], tail[4];
+    pdi_png_ends(type, data, size, head, tail);
+    PDI_TRY(pdi_bytes_add(ctx, out, head, sizeof head));
+    if (size) PDI_TRY(pdi_bytes_add(ctx, out, data, size));
+    return pdi_bytes_add(ctx, out, tail, sizeof tail);
+}
+
+PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out)
+{
+    uint8_t header[13];
+    pdi_bytes packed = {NULL, 0, 0};
+    PDI_TRY(pdi_png_check(ctx, image));
+    pdi_png_header_of(image, header);
+    PDI_TRY(pdi_bytes_add(ctx, out, pdi_png_signature, sizeof pdi_png_signature));
+    PDI_TRY(pdi_png_add(ctx, out, "IHDR", header, sizeof header));
+    pd_status status = pdi_png_pack(ctx, image, &packed);
+    if (status == PD_OK) status = pdi_png_add(ctx, out, "IDAT", packed.data, packed.size);
+    pdi_bytes_free(ctx, &packed);
+    return status == PD_OK ? pdi_png_add(ctx, out, "IEND", NULL, 0) : status;
 }
 
 /* Reading. */

@@ -5,7 +5,8 @@
  */
 #ifndef PD_PNG_H
 #define PD_PNG_H
-#include "core/base.h"
+#include "io/file.h"
+#include "io/zlib.h"
 
 #define PD_PNG_MAX_PIXELS 67108864 /* largest image that is read or written */
 
@@ -22,6 +23,19 @@ PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels aside and rename it. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
+/* Parts of such a file, for those that hold more than one image. */
+/* A big-endian number of four bytes. */
+PDI_FN void pdi_png_put32(uint8_t *at, uint32_t value);
+/* PD_OK: the image can be written. */
+PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image);
+/* Signature and IHDR. */
+PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image);
+/* A chunk; data may be NULL where size is 0. */
+PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
+/* Append a whole file. */
+PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
+/* Append the packed pixels. */
+PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
 /* Read an image; palettes become RGB, or RGBA when they carry transparency. PD_ERR_FILE: not readable;
  * PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);

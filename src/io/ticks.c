@@ -1,6 +1,7 @@
 /* ticks: see ticks.h */
 #include "io/ticks.h"
 #include "io/file.h"
+#include "io/label.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -9,7 +10,15 @@ static void pdi_ticks_add(pdi_ticks *axis, double at, const char *label)
 {
     if (axis->count >= PDI_TICKS_TICKS) return;
     axis->at[axis->count] = at;
-    snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.23s", label);
+    snprintf(axis->label[axis->count++], sizeof axis->label[0], "%.31s", label);
+}
+
+PDI_FN void pdi_ticks_power(int exponent, char *text)
+{
+    char digits[16];
+    snprintf(digits, sizeof digits, "%d", exponent % 1000);
+    strcpy(text, "10");
+    for (const char *d = digits; *d; d++) strcat(text, pdi_label_raised(*d));
 }
 
 /* The smallest of 1, 2, 5 times a power of ten that is at least x. */
@@ -23,7 +32,7 @@ static double pdi_ticks_nice(double x)
 static void pdi_ticks_linear(int most, pdi_ticks *axis)
 {
     char label[64];
-    double step = pdi_ticks_nice((axis->hi - axis->lo) / (most > 1 ? most : 1));
+    double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
     double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
     axis->exponent = size >= 1e5 || size < 1e-2 ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
@@ -43,17 +52,28 @@ static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
 {
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + most - 1) / most;
-    char label[PDI_NUMBER_SIZE];
+    int plain = first >= -3 && last <= 5;
+    char label[PDI_NUMBER_SIZE], power[32];
     if (skip < 1) skip = 1;
     for (int e = first; e <= last; e++)
         for (int k = 1; k < (decades > 8 ? 2 : 10); k++) {
             double value = k * pow(10.0, e);
             if (value < axis->lo * (1 - 1e-9) || value > axis->hi * (1 + 1e-9)) continue;
             int named = (k == 1 && e % skip == 0) || (decades <= 2 && (k == 2 || k == 5));
-            if (e >= -3 && e <= 4) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
-            else snprintf(label, sizeof label, "%de%d", k, e);
+            if (!named && decades > PDI_TICKS_TICKS / 2) continue;
+            if (plain) pdi_file_number(k * (e < 0 ? 1 / pow(10.0, -e) : pow(10.0, e)), label);
+            else {
+                pdi_ticks_power(e, power);
+                if (k == 1) snprintf(label, sizeof label, "%s", power);
+                else snprintf(label, sizeof label, "%d\xC3\x97%s", k, power);
+            }
             pdi_ticks_add(axis, value, named ? label : "");
         }
+    int count = 0;
+    for (int k = 0; k < axis->count; k++) count += axis->label[k][0] != 0;
+    if (count > 1) return;
+    axis->count = 0; /* within a decade */
+    pdi_ticks_linear(most, axis);
 }
 
 PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
@@ -65,8 +85,9 @@ PDI_FN void pdi_ticks_ticks(int most, pdi_ticks *axis)
 
 PDI_FN double pdi_ticks_place(const pdi_ticks *axis, double value)
 {
-    if (axis->log) return log(value / axis->lo) / log(axis->hi / axis->lo);
-    return (value - axis->lo) / (axis->hi - axis->lo);
+    if (axis->log) return (log(value) - log(axis->lo)) / (log(axis->hi) - log(axis->lo));
+    /* halves: the difference of the largest numbers is none */
+    return (0.5 * value - 0.5 * axis->lo) / (0.5 * axis->hi - 0.5 * axis->lo);
 }
 
 PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
@@ -77,7 +98,7 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
             axis->lo /= 2;
             axis->hi *= 2;
         }
-        double factor = pow(axis->hi / axis->lo, share);
+        double factor = exp(share * (log(axis->hi) - log(axis->lo)));
         axis->lo /= factor;
         axis->hi *= factor;
         return;

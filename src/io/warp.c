@@ -3,9 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Pixels that the width and the height aim at, as of pictures. */
-#define PDI_WARP_WIDTH 1000
-#define PDI_WARP_HEIGHT 900
 /* Displacements over the size of the picture, at most. */
 #define PDI_WARP_MOST 10.0
 /* Share of a pixel by which cells reach farther than they do, so that rounding leaves no gap between them. */
@@ -52,12 +49,14 @@ static void pdi_warp_cell(const pdi_warp *w, int cell, double (*at)[2])
         pdi_warp_corner(w, cell % w->still->nx, cell / w->still->nx, k == 1 || k == 2, k >> 1, at[k]);
 }
 
-/* Paper for the box and all that moves. */
-static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper)
+PDI_FN pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, double *lo, double *hi)
 {
     const pd_picture *p = w->still;
-    double hi[2] = {p->hi[0], p->hi[1]}, wide[2], at[4][2];
-    memcpy(paper->lo, p->lo, sizeof p->lo);
+    double at[4][2];
+    for (int d = 0; d < 2; d++) {
+        lo[d] = fmin(lo[d], p->lo[d]);
+        hi[d] = fmax(hi[d], p->hi[d]);
+    }
     for (int cell = 0; cell < p->nx * p->ny; cell++) {
         if (isnan(w->move[cell])) continue;
         pdi_warp_cell(w, cell, at);
@@ -67,14 +66,22 @@ static pd_status pdi_warp_extent(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper 
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "warp", "displacements of %g m as they are drawn in a picture of "
                                 "%g m, expected at most ten times as much: choose a smaller factor",
                                 x - p->lo[k % 2], size);
-            paper->lo[k % 2] = fmin(paper->lo[k % 2], x);
+            lo[k % 2] = fmin(lo[k % 2], x);
             hi[k % 2] = fmax(hi[k % 2], x);
         }
     }
-    for (int d = 0; d < 2; d++) wide[d] = hi[d] - paper->lo[d];
-    paper->size = fmax(wide[0] / PDI_WARP_WIDTH, wide[1] / PDI_WARP_HEIGHT);
-    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
     return PD_OK;
+}
+
+static void pdi_warp_size(const pdi_warp *w, const double *lo, const double *hi, pdi_warp_paper *paper)
+{
+    double wide[2], width = w->still->width ? w->still->width : PD_PICTURE_WIDTH; /* [pixel] */
+    for (int d = 0; d < 2; d++) {
+        paper->lo[d] = lo[d];
+        wide[d] = hi[d] - lo[d];
+    }
+    paper->size = fmax(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    for (int d = 0; d < 2; d++) paper->n[d] = (int)fmax(1.0, ceil(wide[d] / paper->size - 1e-6));
 }
 
 /* What stays: blank paper outside of the box, and where cells have gone. */
@@ -136,7 +143,9 @@ static void pdi_warp_fill(const pdi_warp *w, int cell, pdi_warp_paper *paper)
         }
 }
 
-static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, pd_image *image)
+/* Into the image, or, where there is none, into a file. */
+static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *paper, const char *path,
+                                pd_image *image)
 {
     pd_picture picture = *w->still;
     int64_t pixels = (int64_t)paper->n[0] * paper->n[1];
@@ -150,26 +159,42 @@ static pd_status pdi_warp_paint(pd_ctx *ctx, const pdi_warp *w, pdi_warp_paper *
     picture.values = paper->value;
     picture.paint = paper->paint;
     picture.magnification = 1;
+    picture.smooth = 0;
     for (int d = 0; d < 2; d++) {
         picture.lo[d] = paper->lo[d];
         picture.hi[d] = paper->lo[d] + paper->n[d] * paper->size;
     }
-    return pdi_picture_draw(ctx, &picture, image);
+    return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
 }
 
-PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+static pd_status pdi_warp_show(pd_ctx *ctx, const pdi_warp *w, const char *path, pd_image *image)
 {
     pdi_warp_paper paper;
+    double lo[2], hi[2];
+    int given = w->lo[0] < w->hi[0] && w->lo[1] < w->hi[1];
     memset(&paper, 0, sizeof paper);
-    memset(image, 0, sizeof *image);
-    PDI_TRY(pdi_warp_extent(ctx, w, &paper));
-    pd_status status = pdi_warp_paint(ctx, w, &paper, image);
+    for (int d = 0; d < 2; d++) {
+        lo[d] = given ? w->lo[d] : HUGE_VAL;
+        hi[d] = given ? w->hi[d] : -HUGE_VAL;
+    }
+    if (!given) PDI_TRY(pdi_warp_extent(ctx, w, lo, hi));
+    pdi_warp_size(w, lo, hi, &paper);
+    pd_status status = pdi_warp_paint(ctx, w, &paper, path, image);
     PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.value);
     PDI_DELETE(ctx, (int64_t)paper.n[0] * paper.n[1], paper.paint);
     return status;
 }
 
-#undef PDI_WARP_WIDTH
-#undef PDI_WARP_HEIGHT
+PDI_FN pd_status pdi_warp_draw(pd_ctx *ctx, const pdi_warp *w, pd_image *image)
+{
+    memset(image, 0, sizeof *image);
+    return pdi_warp_show(ctx, w, NULL, image);
+}
+
+PDI_FN pd_status pdi_warp_write(pd_ctx *ctx, const char *path, const pdi_warp *w)
+{
+    return pdi_warp_show(ctx, w, path, NULL);
+}
+
 #undef PDI_WARP_MOST
 #undef PDI_WARP_SEAM

@@ -34,7 +34,7 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 {
     char key[24], unit[16];
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_figures_unit(pdi_sample_label(field), unit);
+    pdi_figures_unit(pdi_setup_field_label(field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
         snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
         PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));

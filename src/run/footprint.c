@@ -5,6 +5,7 @@
 #include "flow/unsteady.h"
 #include "metal/dissolve.h"
 #include "metal/interface.h"
+#include "io/picture.h"
 #include "run/grip.h"
 #include "run/inlet.h"
 #include "run/wall.h"
@@ -406,11 +407,11 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(plan, &s, u->metal_body.m);
 }
 
-/* Pixels of a field of `cells`, `wanted` of them. */
-static double pdi_footprint_pixels(double cells, double wanted)
+/* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */
+static double pdi_footprint_pixels(double cells, double wanted, double largest)
 {
     double each = fmax(1.0, floor(wanted / cells + 0.5));
-    return cells > 1400.0 ? cells / ceil(cells / 1400.0) : fmax(cells * each, 120.0);
+    return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
 /* Pictures come one by one: the largest counts. */
@@ -427,18 +428,20 @@ static double pdi_footprint_pictures(const pd_setup *u)
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
-    double scale = fmin(1000.0 / lx, 900.0 / ly);
-    double width = pdi_footprint_pixels(lx / u->h[right], scale * lx) + 230.0;
-    double height = pdi_footprint_pixels(ly / u->h[up], scale * ly) + 140.0;
+    double wanted = u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
+    double scale = fmin(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
+    double width = pdi_footprint_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
+    double height = pdi_footprint_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_FOOTPRINT_PACK;
     if (u->deformed > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
-        all += 16.0 * (lx / u->h[right]) * (ly / u->h[up]);
+        all += 17.0 * cells;
     }
-    return fmax(largest, all);
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
+    return fmax(largest, all) + 9.0 * cells;
 }
 
 /* Fields that files need a copy of, and the largest picture. */

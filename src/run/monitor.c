@@ -305,7 +305,7 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_setup_field_label((pd_field)f));
     }
     return count;
 }
@@ -414,7 +414,7 @@ static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, co
         if (!((m->desc->images >> f) & 1u)) continue;
         PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
         PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                 pdi_sample_label((pd_field)f), path));
+                                 pdi_setup_field_label((pd_field)f), path));
     }
     return PD_OK;
 }

@@ -1,6 +1,5 @@
 /* output: see output.h */
 #include "run/output.h"
-#include "io/warp.h"
 #include "io/plot.h"
 #include "scene/read_measured.h"
 #include "run/sample.h"
@@ -12,7 +11,6 @@ static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "
                                                  "C_max",        "ledger",     "flux",         "dt_s",        "step",
                                                  "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
                                                  "limiter",      "momentum",   "continuity",   "front_m"};
-#define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
@@ -49,7 +47,7 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_sample_label((pd_field)k);
+        f->name = pdi_setup_field_label((pd_field)k);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -88,242 +86,6 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
     return pdi_pvd_add(ctx, &out->pvd, time, path);
-}
-
-/* ---- pictures ---- */
-
-/* Axes to the right and upward of the drawn plane. */
-static void pdi_output_plane(const pd_setup *u, int *right, int *up)
-{
-    *right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
-    *up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
-}
-
-/* Does the metal have the field? */
-static int pdi_output_metal(pd_field field)
-{
-    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
-}
-
-static pd_paint pdi_output_paint(const pd_model *m, pd_field field, int32_t node)
-{
-    uint8_t kind = m->grid.kind[node];
-    int solid = pdi_output_metal(field);
-    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
-    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
-    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
-}
-
-static void pdi_output_stamp(double time, char *stamp, size_t size)
-{
-    char text[PD_UNITS_TEXT];
-    pdi_setup_show(time, "s", text);
-    snprintf(stamp, size, "t = %s", text);
-}
-
-/* Cells below the axis of an axisymmetric scene, which is drawn whole. */
-static int pdi_output_below(const pd_model *m, int up)
-{
-    return m->setup->axisymmetric && !(m->grid.lo[up] > 0.0) ? m->grid.n[up] : 0;
-}
-
-/* The node that a cell of the drawn plane shows. */
-static int32_t pdi_output_node(const pd_model *m, int right, int up, int64_t cell)
-{
-    int below = pdi_output_below(m, up), nx = m->grid.n[right], row = (int)(cell / nx), i[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) {
-        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
-        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
-    }
-    i[up] = row < below ? below - 1 - row : row - below;
-    i[right] = (int)(cell % nx); /* 1D: one row */
-    return pd_grid_node(&m->grid, i);
-}
-
-static void pdi_output_cells(pd_output *out, pd_field field, int right, int up)
-{
-    const pd_model *m = out->model;
-    for (int64_t k = 0; k < out->cells; k++) {
-        int32_t node = pdi_output_node(m, right, up, k);
-        out->cell[k] = pdi_sample_node(m, field, node);
-        out->paint[k] = (uint8_t)pdi_output_paint(m, field, node);
-    }
-}
-
-/* ---- pictures of the metal as it has moved ---- */
-
-typedef struct pdi_output_view {
-    const pd_model *model;
-    int right, up, whole; /* axes of the plane; 1: no bond is broken */
-} pdi_output_view;
-
-/* Is there a bond between the metal of both cells? */
-static int pdi_output_joined(const void *user, int cell, int other)
-{
-    const pdi_output_view *v = (const pdi_output_view *)user;
-    const pd_structure *s = &v->model->structure;
-    int32_t i = s->point[pdi_output_node(v->model, v->right, v->up, cell)];
-    int32_t j = s->point[pdi_output_node(v->model, v->right, v->up, other)];
-    if (v->whole) return 1;
-    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
-        if (f.to == j) return !pdi_walk_broken(&f);
-    return 0;
-}
-
-/* Displacements of the cells as they are drawn [2][cells] [m]; NaN: the cell is no metal. */
-static void pdi_output_moves(const pd_output *out, const pdi_output_view *v, double *move)
-{
-    const pd_model *m = v->model;
-    for (int64_t k = 0; k < out->cells; k++) {
-        int32_t node = pdi_output_node(m, v->right, v->up, k), point = m->structure.point[node];
-        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
-        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
-        move[k] = metal ? m->setup->deformed * u[v->right] : (double)NAN;
-        move[out->cells + k] = metal ? m->setup->deformed * u[v->up] : (double)NAN;
-    }
-}
-
-static pd_status pdi_output_warped(pd_ctx *ctx, const pd_output *out, const pd_picture *picture, int right, int up,
-                                   const char *path)
-{
-    const pd_body *body = &out->model->structure.body;
-    pdi_output_view view;
-    pdi_warp warp;
-    pd_image image;
-    double *move = NULL;
-    view.model = out->model;
-    view.right = right;
-    view.up = up;
-    view.whole = pdi_body_whole(body);
-    PDI_TRY(PDI_NEW(ctx, "output", 2 * out->cells, move));
-    pdi_output_moves(out, &view, move);
-    warp.still = picture;
-    warp.move = move;
-    warp.joined = pdi_output_joined;
-    warp.user = &view;
-    pd_status status = pdi_warp_draw(ctx, &warp, &image);
-    if (status == PD_OK) {
-        status = pdi_png_write(ctx, path, &image);
-        pdi_image_free(ctx, &image);
-    }
-    PDI_DELETE(ctx, 2 * out->cells, move);
-    return status;
-}
-
-static void pdi_output_title(const pd_setup *u, pd_field field, char *title, size_t size)
-{
-    char place[PD_UNITS_TEXT];
-    size_t used = 0;
-    if (PD_DIM < 3) snprintf(title, size, "%s: %s", u->name, pdi_setup_field_name(field));
-    else {
-        pdi_setup_show(u->slice_at, "m", place);
-        snprintf(title, size, "%s: %s at %c = %s", u->name, pdi_setup_field_name(field), "xyz"[u->slice_axis], place);
-    }
-    used = strlen(title);
-    if (pdi_output_metal(field) && u->deformed > 0.0)
-        snprintf(title + used, size - used, ", displacements x %g", u->deformed);
-}
-
-static pd_status pdi_output_picture(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
-{
-    const pd_model *m = out->model;
-    int right, up;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8];
-    pd_picture picture;
-    memset(&picture, 0, sizeof picture);
-    pdi_output_plane(m->setup, &right, &up);
-    pdi_output_cells(out, field, right, up);
-    pdi_output_title(m->setup, field, title, sizeof title);
-    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
-    picture.nx = m->grid.n[right];
-    picture.ny = m->grid.n[up] + pdi_output_below(m, up);
-    picture.values = out->cell;
-    picture.paint = out->paint;
-    picture.lo[0] = m->grid.lo[right];
-    picture.lo[1] = pdi_output_below(m, up) ? -m->grid.hi[up] : m->grid.lo[up];
-    picture.hi[0] = m->grid.hi[right];
-    picture.hi[1] = m->grid.hi[up];
-    int numbered = field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
-    picture.map = numbered ? PD_MAP_LABELS : sides ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
-    picture.title = title;
-    picture.stamp = stamp;
-    picture.label = numbered ? NULL : pdi_sample_label(field); /* the title names it */
-    if (pdi_output_metal(field) && m->setup->deformed > 0.0)
-        return pdi_output_warped(ctx, out, &picture, right, up, path);
-    return pd_picture_write(ctx, path, &picture);
-}
-
-/* 1D: the field over x. */
-static pd_status pdi_output_curve(pd_ctx *ctx, pd_output *out, pd_field field, const char *path)
-{
-    const pd_model *m = out->model;
-    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 32], stamp[PD_UNITS_TEXT + 8];
-    pd_plot plot;
-    double *x = NULL;
-    memset(&plot, 0, sizeof plot);
-    PDI_TRY(PDI_NEW(ctx, "output", m->grid.n[0], x));
-    pdi_output_cells(out, field, 0, 0);
-    for (int k = 0; k < m->grid.n[0]; k++) {
-        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
-        if (out->paint[k] != PD_PAINT_FIELD) out->cell[k] = (double)NAN;
-    }
-    pdi_output_stamp(m->couple.time, stamp, sizeof stamp);
-    snprintf(title, sizeof title, "%s, %s", m->setup->name, stamp);
-    plot.title = title;
-    plot.x_label = "x [um]";
-    plot.y_label = pdi_sample_label(field);
-    plot.count = 1;
-    plot.series[0].x = x;
-    plot.series[0].y = out->cell;
-    plot.series[0].count = m->grid.n[0];
-    pd_status status = pd_plot_write(ctx, path, &plot);
-    PDI_DELETE(ctx, m->grid.n[0], x);
-    return status;
-}
-
-/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
-static pd_status pdi_output_latest(pd_ctx *ctx, pd_output *out, pd_field field, const char *picture)
-{
-    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
-    size_t size = 0;
-    pd_file file;
-    pd_ctx quiet = *ctx;
-    if (!out->live) return PD_OK;
-    snprintf(name, sizeof name, "latest_%.40s.png", pdi_setup_field_name(field));
-    PDI_TRY(pd_file_join(ctx, out->folder->path, name, path));
-    int known = (out->latest >> field & 1u) != 0;
-    if (!known && out->frame > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
-        pdi_file_abandon(&file);
-        known = 1;
-    }
-    if (!known) PDI_TRY(pdi_folder_add(ctx, out->folder, name, path));
-    out->latest |= 1u << field;
-    PDI_TRY(pdi_file_read(ctx, picture, PDI_OUTPUT_PICTURE, &data, &size));
-    pd_status status = pdi_file_create(ctx, path, &file);
-    if (status == PD_OK) {
-        status = pdi_file_write(ctx, &file, data, size);
-        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
-        else pdi_file_abandon(&file);
-    }
-    PDI_DELETE(ctx, size + 1, data);
-    return status;
-}
-
-static pd_status pdi_output_images(pd_ctx *ctx, pd_output *out)
-{
-    char path[PD_PATH_SIZE];
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        if (!((out->model->setup->images >> k) & 1u)) continue;
-        PDI_TRY(pdi_poll(ctx, "pictures", k));
-        PDI_TRY(pdi_output_path(ctx, out, pdi_setup_field_name((pd_field)k), "png", path));
-        PDI_TRY(PD_DIM == 1 ? pdi_output_curve(ctx, out, (pd_field)k, path)
-                            : pdi_output_picture(ctx, out, (pd_field)k, path));
-        PDI_TRY(pdi_output_latest(ctx, out, (pd_field)k, path));
-    }
-    return PD_OK;
 }
 
 /* ---- tables ---- */
@@ -437,18 +199,13 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
 static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
-    int right, up;
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
-    if (!m->setup->images) return PD_OK;
-    pdi_output_plane(m->setup, &right, &up);
-    out->cells = (int64_t)m->grid.n[right] * (right == up ? 1 : m->grid.n[up] + pdi_output_below(m, up));
-    PDI_TRY(PDI_NEW(ctx, "output", out->cells, out->cell));
-    return PDI_NEW(ctx, "output", out->cells, out->paint);
+    return PD_OK;
 }
 
 /* All but the tables. */
@@ -460,6 +217,7 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
     out->written = -1.0;
     out->folder = folder;
     PDI_TRY(pdi_output_reserve(ctx, out));
+    PDI_TRY(pdi_images_build(ctx, model, folder, &out->images));
     PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
     return pdi_pvd_init(ctx, path, &out->pvd);
 }
@@ -469,6 +227,7 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pdi_images_open(ctx, &out->images));
     return pdi_output_tables(ctx, out);
 }
 
@@ -477,6 +236,7 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     PDI_TRY(PDI_KEEP(ctx, archive, "frame", &out->frame, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
+    PDI_TRY(pdi_images_store(ctx, &out->images, archive));
     PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
         PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
@@ -515,7 +275,7 @@ PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
     if (out->written >= time) return PD_OK;
     pdi_output_fill(ctx, out);
     PDI_TRY(pdi_output_vti(ctx, out));
-    PDI_TRY(pdi_output_images(ctx, out));
+    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
     out->written = time;
     out->frame++;
     return PD_OK;
@@ -556,16 +316,21 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     plot.series[0].y = out->loss;
     plot.series[0].count = (int)out->rows;
     for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(pdi_folder_add(ctx, out->folder, "volume_loss.png", path));
     PDI_TRY(PDI_NEW(ctx, "output", points, work));
     pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
-    pd_status status = pd_plot_write(ctx, path, &plot);
+    pd_status status = PD_OK;
+    for (int k = 0; k < 2 && status == PD_OK; k++) {
+        if (!((u->drawing.formats ? u->drawing.formats : 1u) >> k & 1u)) continue;
+        status = pdi_folder_add(ctx, out->folder, k ? "volume_loss.svg" : "volume_loss.png", path);
+        if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
+    }
     PDI_DELETE(ctx, points, work);
     return status;
 }
 
-PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
+    if (over) PDI_TRY(pdi_images_finish(ctx, &out->images));
     PDI_TRY(pdi_output_loss(ctx, out));
     PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
     return pdi_csv_close(ctx, &out->probes);
@@ -577,16 +342,14 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     int32_t total = out->model ? out->model->grid.total : 0;
     pdi_csv_close(&quiet, &out->diagnostics);
     pdi_csv_close(&quiet, &out->probes);
+    pdi_images_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
-    PDI_DELETE(ctx, out->cells, out->cell);
-    PDI_DELETE(ctx, out->cells, out->paint);
     PDI_DELETE(ctx, out->time_room, out->time);
     PDI_DELETE(ctx, out->loss_room, out->loss);
     memset(out, 0, sizeof *out);
 }
 
-#undef PDI_OUTPUT_PICTURE
 #undef PDI_OUTPUT_COLUMNS

@@ -13,6 +13,7 @@
 #include "io/folder.h"
 #include "io/vti.h"
 #include "io/csv.h"
+#include "run/images.h"
 #include "run/observe.h"
 
 typedef struct pd_output {
@@ -21,15 +22,11 @@ typedef struct pd_output {
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
-    int live;                 /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;          /* bit k: pd_field k has it */
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
     double *displaced;        /* [PD_DIM][total] [m] */
-    double *cell;             /* [cells] [unit of the field] of the drawn plane */
-    uint8_t *paint;           /* [cells] */
-    int64_t cells;
+    pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, time_room, loss_room;
 } pd_output;
@@ -47,8 +44,9 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
 PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Fields and pictures of this instant; a second call at the same time does nothing. */
 PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
-/* The curve of the volume loss; close the tables. */
-PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out);
+/* The curve of the volume loss; close the tables. over: the run goes on no more, and its pictures get one range.
+ * PD_STOPPED: while they do. */
+PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 #endif
 

@@ -225,7 +225,7 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     if (status == PD_OK) status = pdi_run_read(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
-    r->output.live = r->desc->live;
+    r->output.images.live = r->desc->live;
     snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
     return PD_OK;
@@ -252,7 +252,7 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
-    r->output.live = r->desc->live;
+    r->output.images.live = r->desc->live;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
@@ -328,7 +328,9 @@ static pd_status pdi_run_steps(pdi_run *r)
     pdi_monitors_print(&r->monitors, r->desc->print, r->desc->print_user);
     pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
-    PDI_TRY(pdi_output_close(r->ctx, &r->output));
+    status = pdi_output_close(r->ctx, &r->output, !r->stopped);
+    if (status == PD_STOPPED) return pdi_run_halted(r);
+    if (status < 0) return status;
     if (!r->stopped) pdi_file_remove(r->checkpoint);
     pdi_run_show(r, PD_WHEN_END);
     return PD_OK;

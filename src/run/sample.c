@@ -13,15 +13,6 @@
 #define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
 #define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
 
-static const char *const pdi_sample_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
-                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
-                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
-                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                                "sigma_zx [Pa]"};
-
-PDI_FN const char *pdi_sample_label(pd_field field) { return pdi_sample_labels[field]; }
-
 /* A field of the gas; NULL: it is none of its. Components of the velocity lie one after another. */
 static const double *pdi_sample_gas(const pd_model *m, pd_field field)
 {

@@ -4,8 +4,6 @@
 #include "run/model.h"
 
 #ifdef PDI_INTERNAL
-/* "C [mol/m3]" */
-PDI_FN const char *pdi_sample_label(pd_field field);
 /* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);

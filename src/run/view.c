@@ -39,7 +39,7 @@ PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, c
     pdi_sample_prepare(ctx, model, 1u << field);
     pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
     view->data = views->field[field];
-    view->label = pdi_sample_label((pd_field)field);
+    view->label = pdi_setup_field_label((pd_field)field);
     view->components = pdi_view_components(field);
     view->part = views->cells;
     for (int d = 0; d < PD_DIM; d++) {

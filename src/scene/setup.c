@@ -185,6 +185,26 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
 
 PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
 
+static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
+                                               "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
+                                               "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
+                                               "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
+                                               "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
+                                               "sigma_zx [Pa]"};
+
+PDI_FN const char *pdi_setup_field_label(pd_field field) { return pdi_setup_labels[field]; }
+
+PDI_FN void pdi_setup_field_unit(pd_field field, char *unit)
+{
+    const char *from = strchr(pdi_setup_labels[field], '[');
+    snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
+}
+
+PDI_FN int pdi_setup_field_numbered(pd_field field)
+{
+    return field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+}
+
 static int pdi_setup_stressed(const pd_setup *setup)
 {
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;

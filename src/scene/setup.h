@@ -234,6 +234,18 @@ typedef struct pd_setup_body {
     pd_expr pace;            /* of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_body;
 
+/* How fields are drawn; zero: as without keys. */
+typedef struct pd_setup_drawing {
+    double range[PD_FIELD_COUNT][2]; /* [unit of the field] of the colours; equal: that of all frames */
+    int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: that of the field */
+    unsigned log;                    /* bit k: pd_field k by its logarithm */
+    double percentile;               /* [-] share of the values of a frame that count for its range; 0: all */
+    int width;                       /* [pixel] of the field; 0: as of pd_picture */
+    int smooth;                      /* 1: linear between the middles of cells */
+    int animate;                     /* 1: a film of each field */
+    unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
+} pd_setup_drawing;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* of the case: the file without folder and ending */
     char folder[PD_PATH_SIZE]; /* of the output */
@@ -328,6 +340,7 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
+    pd_setup_drawing drawing;
     double deformed;        /* [-] factor of the displacements in pictures of the metal; 0: drawn where it was */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
@@ -365,6 +378,12 @@ PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", ... */
 PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* "C [mol/m3]" */
+PDI_FN const char *pdi_setup_field_label(pd_field field);
+/* unit[PD_UNITS_TEXT]: "mol/m3"; "": it is a plain number. */
+PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
+/* 1: its values are whole numbers that name something. */
+PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* Section of a kind of monitor: "line", ... */
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */

@@ -22,12 +22,17 @@ PD_FOLDER_LOCK = 'pdcorr.lock'
 PD_FOOTPRINT_ERROR = 0.2
 PD_FORCE_ALL = -1
 PD_FORCE_SIDES = -2
+PD_IMAGES_KEPT = 'pictures.bin'
 PD_KRYLOV_MORE = 64
 PD_LEAST_SQUARES_PARAMETERS = 8
 PD_MESSAGE_SIZE = 640
 PD_MONITOR_FIGURES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
+PD_PICTURE_LEAST = 120
+PD_PICTURE_MOST = 4000
+PD_PICTURE_SQUAT = 0.9
+PD_PICTURE_WIDTH = 1000
 PD_PLOT_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
@@ -164,6 +169,8 @@ PD_STRUCTURE_HENCKY = 4
 PD_MAP_SEQUENTIAL = 0
 PD_MAP_DIVERGING = 1
 PD_MAP_LABELS = 2
+PD_MAP_GREY = 3
+PD_MAP_VIRIDIS = 4
 PD_PAINT_FIELD = 0
 PD_PAINT_SOLID = 1
 PD_PAINT_WALL = 2
@@ -265,7 +272,7 @@ ENUMS = {
     'pd_metal_model': {'PD_METAL_SURFACE': 0, 'PD_METAL_BONDS': 1},
     'pd_drive': {'PD_DRIVE_CONSTANT': 0, 'PD_DRIVE_DIFFERENCE': 1},
     'pd_structure_material': {'PD_STRUCTURE_CORRESPONDENCE': 0, 'PD_STRUCTURE_SPRINGS': 1, 'PD_STRUCTURE_ORDINARY': 2, 'PD_STRUCTURE_NEO_HOOKEAN': 3, 'PD_STRUCTURE_HENCKY': 4},
-    'pd_map': {'PD_MAP_SEQUENTIAL': 0, 'PD_MAP_DIVERGING': 1, 'PD_MAP_LABELS': 2},
+    'pd_map': {'PD_MAP_SEQUENTIAL': 0, 'PD_MAP_DIVERGING': 1, 'PD_MAP_LABELS': 2, 'PD_MAP_GREY': 3, 'PD_MAP_VIRIDIS': 4},
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
@@ -2216,6 +2223,15 @@ def declare(dim):
         ('title', c_char_p),
         ('stamp', c_char_p),
         ('label', c_char_p),
+        ('width', c_int),
+        ('log', c_int),
+        ('smooth', c_int),
+        ('axes', c_char_p * 2),
+        ('mirrored', c_int),
+        ('widest', c_char_p),
+        ('names', POINTER(c_char_p)),
+        ('colours', POINTER(c_uint32)),
+        ('name_count', c_int),
     ]
 
     class pd_series(Structure):
@@ -2605,6 +2621,19 @@ def declare(dim):
         ('pace', pd_expr),
     ]
 
+    class pd_setup_drawing(Structure):
+        pass
+    pd_setup_drawing._fields_ = [
+        ('range', c_double * 2 * 23),
+        ('map', c_int * 23),
+        ('log', c_uint),
+        ('percentile', c_double),
+        ('width', c_int),
+        ('smooth', c_int),
+        ('animate', c_int),
+        ('formats', c_uint),
+    ]
+
     class pd_setup(Structure):
         pass
     pd_setup._fields_ = [
@@ -2701,6 +2730,7 @@ def declare(dim):
         ('prefix', c_char * 64),
         ('slice_axis', c_int),
         ('slice_at', c_double),
+        ('drawing', pd_setup_drawing),
         ('deformed', c_double),
         ('probe', pd_setup_probe * 16),
         ('probes', c_int),
@@ -2826,6 +2856,41 @@ def declare(dim):
         ('field', POINTER(c_double) * 23),
     ]
 
+    class pd_images_view(Structure):
+        pass
+    pd_images_view._fields_ = [
+        ('lo', c_double),
+        ('hi', c_double),
+        ('low', c_double * 2),
+        ('high', c_double * 2),
+    ]
+
+    class pd_images(Structure):
+        pass
+    pd_images._fields_ = [
+        ('model', POINTER(pd_model)),
+        ('folder', POINTER(pd_folder)),
+        ('right', c_int),
+        ('up', c_int),
+        ('below', c_int),
+        ('nx', c_int),
+        ('ny', c_int),
+        ('cells', c_int64),
+        ('cell', POINTER(c_double)),
+        ('paint', POINTER(c_uint8)),
+        ('move', POINTER(c_double)),
+        ('joined', POINTER(c_uint8)),
+        ('sorted', POINTER(c_double)),
+        ('view', pd_images_view * 23),
+        ('frames', c_int64),
+        ('last', c_int64),
+        ('live', c_int),
+        ('latest', c_uint),
+        ('keeps', c_int),
+        ('kept', pd_file),
+        ('length', c_int64),
+    ]
+
     class pd_output(Structure):
         pass
     pd_output._fields_ = [
@@ -2835,15 +2900,11 @@ def declare(dim):
         ('diagnostics', pd_csv),
         ('probes', pd_csv),
         ('frame', c_int),
-        ('live', c_int),
-        ('latest', c_uint),
         ('written', c_double),
         ('scalar', POINTER(c_double) * 23),
         ('phase', POINTER(c_uint8)),
         ('displaced', POINTER(c_double)),
-        ('cell', POINTER(c_double)),
-        ('paint', POINTER(c_uint8)),
-        ('cells', c_int64),
+        ('images', pd_images),
         ('time', POINTER(c_double)),
         ('loss', POINTER(c_double)),
         ('rows', c_int64),

@@ -1,0 +1,69 @@
+/* label: see label.h */
+#include "io/label.h"
+#include <string.h>
+
+static int pdi_label_digit(char c) { return c >= '0' && c <= '9'; }
+static int pdi_label_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+static void pdi_label_add(const char *bytes, size_t size, char *out, size_t *used)
+{
+    if (*used + size >= PDI_LABEL_SIZE) return;
+    memcpy(out + *used, bytes, size);
+    *used += size;
+}
+
+PDI_FN const char *pdi_label_raised(char sign)
+{
+    static const char raised[11][4] = {"\xE2\x81\xB0", "\xC2\xB9",     "\xC2\xB2",     "\xC2\xB3",
+                                       "\xE2\x81\xB4", "\xE2\x81\xB5", "\xE2\x81\xB6", "\xE2\x81\xB7",
+                                       "\xE2\x81\xB8", "\xE2\x81\xB9", "\xE2\x81\xBB"};
+    return raised[pdi_label_digit(sign) ? sign - '0' : 10];
+}
+
+/* What stands at text[at] of a unit, printed; returns how many characters it is. */
+static size_t pdi_label_unit(const char *text, size_t at, char *out, size_t *used)
+{
+    char before = at ? text[at - 1] : ' ', here = text[at], after = here ? text[at + 1] : '\0';
+    size_t length = 0;
+    if (here == 'u' && pdi_label_letter(after) && !pdi_label_letter(before) && !pdi_label_digit(before)) {
+        pdi_label_add("\xC2\xB5", 2, out, used);
+        return 1;
+    }
+    if (!pdi_label_letter(before) || !(pdi_label_digit(here) || (here == '-' && pdi_label_digit(after)))) {
+        pdi_label_add(&here, 1, out, used);
+        return 1;
+    }
+    do {
+        const char *sign = pdi_label_raised(text[at + length++]);
+        pdi_label_add(sign, strlen(sign), out, used);
+    } while (pdi_label_digit(text[at + length]));
+    return length;
+}
+
+/* inside: units begin at once. */
+static const char *pdi_label_text(const char *text, int inside, char *out)
+{
+    size_t used = 0;
+    for (size_t at = 0; text[at];) {
+        if (text[at] == '[' || text[at] == ']') inside = text[at] == '[';
+        if (inside) at += pdi_label_unit(text, at, out, &used);
+        else pdi_label_add(&text[at++], 1, out, &used);
+    }
+    out[used] = '\0';
+    return out;
+}
+
+PDI_FN const char *pdi_label_print(const char *text, char *out) { return pdi_label_text(text, 0, out); }
+
+PDI_FN const char *pdi_label_value(const char *text, char *out)
+{
+    size_t number = strcspn(text, " ");
+    if (!text[number] || number >= PDI_LABEL_SIZE) return pdi_label_text(text, 0, out);
+    pdi_label_text(text + number, 1, out); /* a blank comes first */
+    size_t length = strlen(out);
+    if (number + length >= PDI_LABEL_SIZE) length = PDI_LABEL_SIZE - 1 - number;
+    memmove(out + number, out, length);
+    out[number + length] = '\0';
+    memcpy(out, text, number);
+    return out;
+}

@@ -1,0 +1,645 @@
+/* images: see images.h */
+#include "run/images.h"
+#include "io/apng.h"
+#include "io/label.h"
+#include "io/plot.h"
+#include "io/ticks.h"
+#include "io/warp.h"
+#include "run/sample.h"
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_IMAGES_LARGEST 1073741824u /* [byte] no picture is larger */
+#define PDI_IMAGES_PIECE 1024 /* numbers that are written at a time */
+#define PDI_IMAGES_DELAY 100 /* [ms] between frames of a film */
+
+/* What stands before a frame in the file. */
+typedef struct pdi_images_head {
+    double field, frame, time; /* [-], [-], [s] */
+    pd_images_view view;       /* with which it was drawn */
+} pdi_images_head;
+
+/* ---- what is drawn ---- */
+
+/* Does the metal have the field? */
+static int pdi_images_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
+/* Is the metal drawn where it has moved to? */
+static int pdi_images_moved(const pd_images *im, pd_field field)
+{
+    return im->move && pdi_images_metal(field);
+}
+
+static int pdi_images_drawn(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->images >> field & 1u);
+}
+
+static int pdi_images_log(const pd_images *im, pd_field field)
+{
+    return (int)(im->model->setup->drawing.log >> field & 1u);
+}
+
+static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
+{
+    uint8_t kind = m->grid.kind[node];
+    int solid = pdi_images_metal(field);
+    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+}
+
+/* The node that a cell of the drawn plane shows. */
+static int32_t pdi_images_node(const pd_images *im, int64_t cell)
+{
+    const pd_model *m = im->model;
+    int row = (int)(cell / im->nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d]);
+        i[d] = (int)fmax(0.0, fmin(slice, m->grid.n[d] - 1.0));
+    }
+    i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
+    i[im->right] = (int)(cell % im->nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
+/* As the file keeps it, so that a frame that is drawn again is the same. */
+static double pdi_images_round(double value)
+{
+    if (value > (double)FLT_MAX) return (double)FLT_MAX;
+    if (value < -(double)FLT_MAX) return -(double)FLT_MAX;
+    return (double)(float)value;
+}
+
+/* Is there a bond between the metal of both cells? */
+static int pdi_images_bonded(const pd_images *im, int64_t cell, int64_t other)
+{
+    const pd_structure *s = &im->model->structure;
+    int32_t i = s->point[pdi_images_node(im, cell)], j = s->point[pdi_images_node(im, other)];
+    for (pd_walk f = pdi_walk_from(&s->body, i); pdi_walk_next(&f);)
+        if (f.to == j) return !pdi_walk_broken(&f);
+    return 0;
+}
+
+/* Neighbours to the right and above. */
+static const int pdi_images_beside[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+
+static void pdi_images_bonds(pd_images *im)
+{
+    int whole = pdi_body_whole(&im->model->structure.body);
+    for (int64_t k = 0; k < im->cells; k++) {
+        int x = (int)(k % im->nx), y = (int)(k / im->nx);
+        im->joined[k] = 0;
+        for (int b = 0; b < 4; b++) {
+            int column = x + pdi_images_beside[b][0], row = y + pdi_images_beside[b][1];
+            int64_t other = (int64_t)row * im->nx + column;
+            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->move[k]) || isnan(im->move[other]))
+                continue;
+            if (whole || pdi_images_bonded(im, k, other)) im->joined[k] |= (uint8_t)(1 << b);
+        }
+    }
+}
+
+static void pdi_images_moves(pd_images *im)
+{
+    const pd_model *m = im->model;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k), point = m->structure.point[node];
+        const double *u = pdi_structure_u(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        im->move[k] = metal ? pdi_images_round(m->setup->deformed * u[im->right]) : (double)NAN;
+        im->move[im->cells + k] = metal ? pdi_images_round(m->setup->deformed * u[im->up]) : (double)NAN;
+    }
+    pdi_images_bonds(im);
+}
+
+/* Does the cell hold together with its neighbour? */
+static int pdi_images_joined(const void *user, int cell, int other)
+{
+    const pd_images *im = (const pd_images *)user;
+    int low = cell < other ? cell : other, high = cell < other ? other : cell;
+    int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
+    for (int b = 0; b < 4; b++)
+        if (pdi_images_beside[b][0] == x && pdi_images_beside[b][1] == y) return im->joined[low] >> b & 1;
+    return 0;
+}
+
+/* The field of this instant. */
+static void pdi_images_fill(pd_images *im, pd_field field)
+{
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        im->cell[k] = pdi_images_round(pdi_sample_node(im->model, field, node));
+        im->paint[k] = (uint8_t)pdi_images_paint(im->model, field, node);
+    }
+}
+
+/* ---- what frames have in common ---- */
+
+static int pdi_images_order(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Value number `at` of sorted ones, linear between two. */
+static double pdi_images_rank(const double *sorted, int64_t count, double at)
+{
+    int64_t below = (int64_t)fmin(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
+}
+
+/* Ends of the values of this frame that count. */
+static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *hi)
+{
+    int64_t count = 0;
+    *lo = HUGE_VAL;
+    *hi = -HUGE_VAL;
+    for (int64_t k = 0; k < im->cells; k++) {
+        double value = im->cell[k];
+        if (im->paint[k] != PD_PAINT_FIELD || isnan(value) || (pdi_images_log(im, field) && !(value > 0.0))) continue;
+        *lo = fmin(*lo, value);
+        *hi = fmax(*hi, value);
+        if (im->sorted) im->sorted[count] = value;
+        count++;
+    }
+    if (!im->sorted || count == 0) return;
+    double cut = 0.5 * (1.0 - im->model->setup->drawing.percentile) * (double)(count - 1);
+    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_images_order);
+    *lo = pdi_images_rank(im->sorted, count, cut);
+    *hi = pdi_images_rank(im->sorted, count, (double)(count - 1) - cut);
+}
+
+/* The range does not depend on frames. */
+static int pdi_images_known(const pd_setup *u, pd_field field)
+{
+    const double *range = u->drawing.range[field];
+    int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
+    return range[0] < range[1] || (shares && !(u->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
+           field == PD_FIELD_PHASE;
+}
+
+static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, const pdi_warp *warp)
+{
+    pd_images_view *view = &im->view[field];
+    double lo, hi;
+    if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
+    if (pdi_images_known(im->model->setup, field)) return PD_OK;
+    pdi_images_ends(im, field, &lo, &hi);
+    view->lo = fmin(view->lo, lo);
+    view->hi = fmax(view->hi, hi);
+    return PD_OK;
+}
+
+/* ---- pictures ---- */
+
+typedef struct pdi_images_text {
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], stamp[PD_UNITS_TEXT + 8], shown[PDI_LABEL_SIZE + 8];
+} pdi_images_text;
+
+static const char *pdi_images_stamp(double time, pdi_images_text *text)
+{
+    char value[PD_UNITS_TEXT], label[PDI_LABEL_SIZE];
+    pdi_setup_show(time, "s", value);
+    snprintf(text->shown, sizeof text->shown, "t = %s", pdi_label_value(value, label));
+    return text->shown;
+}
+
+static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_images_text *text)
+{
+    const pd_setup *u = im->model->setup;
+    char value[PD_UNITS_TEXT], place[PDI_LABEL_SIZE];
+    const char *name = pdi_setup_field_name(field);
+    if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
+    else {
+        pdi_setup_show(u->slice_at, "m", value);
+        snprintf(text->title, sizeof text->title, "%s: %s at %c = %.*s", u->name, name, "xyz"[u->slice_axis],
+                 PD_UNITS_TEXT, pdi_label_value(value, place));
+    }
+    size_t used = strlen(text->title);
+    if (pdi_images_moved(im, field))
+        snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->deformed);
+    return text->title;
+}
+
+static pd_map pdi_images_map(const pd_setup *u, pd_field field)
+{
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
+    if (pdi_setup_field_numbered(field)) return PD_MAP_LABELS;
+    if (u->drawing.map[field]) return (pd_map)(u->drawing.map[field] - 1);
+    return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+}
+
+/* The range that is given, that of shares, or that of all frames. */
+static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
+{
+    const pd_setup *u = im->model->setup;
+    *lo = u->drawing.range[field][0];
+    *hi = u->drawing.range[field][1];
+    if (*lo < *hi) return;
+    *lo = pdi_images_known(u, field) ? 0.0 : im->view[field].lo;
+    *hi = pdi_images_known(u, field) ? 1.0 : im->view[field].hi;
+    pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
+}
+
+static void pdi_images_names(pd_field field, pd_picture *picture)
+{
+    static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
+    static const char *const phases[] = {"fluid", "solid"};
+    static const uint32_t colours[] = {0xE8EAEDu, 0xC9DEF2u, 0x9A9DA1u, 0x3C4043u};
+    picture->names = field == PD_FIELD_KIND ? kinds : field == PD_FIELD_PHASE ? phases : NULL;
+    picture->colours = field == PD_FIELD_KIND ? colours : field == PD_FIELD_PHASE ? colours + 1 : NULL;
+    picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
+}
+
+/* What the frame in memory shows. */
+static void pdi_images_picture(const pd_images *im, pd_field field, double time, pdi_images_text *text,
+                               pd_picture *picture)
+{
+    static const char *const axes[3] = {"x", "y", "z"};
+    const pd_model *m = im->model;
+    const pd_setup_drawing *drawing = &m->setup->drawing;
+    memset(picture, 0, sizeof *picture);
+    picture->nx = im->nx;
+    picture->ny = im->ny;
+    picture->values = im->cell;
+    picture->paint = im->paint;
+    picture->lo[0] = m->grid.lo[im->right];
+    picture->lo[1] = im->below ? -m->grid.hi[im->up] : m->grid.lo[im->up];
+    picture->hi[0] = m->grid.hi[im->right];
+    picture->hi[1] = m->grid.hi[im->up];
+    picture->axes[0] = axes[im->right];
+    picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
+    picture->mirrored = im->below > 0;
+    picture->map = pdi_images_map(m->setup, field);
+    picture->log = pdi_images_log(im, field);
+    picture->smooth = drawing->smooth;
+    picture->width = drawing->width;
+    pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_names(field, picture);
+    picture->title = pdi_images_title(im, field, text);
+    picture->stamp = pdi_images_stamp(time, text);
+    picture->widest = "t = 000.000 min";
+    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(field); /* the title names it */
+}
+
+static void pdi_images_warp(const pd_images *im, pd_field field, const pd_picture *picture, pdi_warp *warp)
+{
+    memset(warp, 0, sizeof *warp);
+    warp->still = picture;
+    warp->move = im->move;
+    warp->joined = pdi_images_joined;
+    warp->user = im;
+    for (int d = 0; d < 2 && im->view[field].low[0] < im->view[field].high[0]; d++) {
+        warp->lo[d] = im->view[field].low[d];
+        warp->hi[d] = im->view[field].high[d];
+    }
+}
+
+/* 1D: the field over x. x [cells] [um] is filled. */
+static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_images_text *text, double *x,
+                             pd_plot *plot)
+{
+    const pd_model *m = im->model;
+    pdi_ticks axis;
+    memset(plot, 0, sizeof *plot);
+    memset(&axis, 0, sizeof axis);
+    for (int k = 0; k < im->nx; k++) {
+        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
+        if (im->paint[k] != PD_PAINT_FIELD) im->cell[k] = (double)NAN;
+    }
+    snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_images_stamp(time, text));
+    plot->title = text->title;
+    plot->x_label = "x [um]";
+    plot->y_label = pdi_setup_field_label(field);
+    plot->x_lo = m->grid.lo[0] * 1e6;
+    plot->x_hi = m->grid.hi[0] * 1e6;
+    plot->y_log = axis.log = pdi_images_log(im, field);
+    pdi_images_range(im, field, PD_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
+    if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1])) pdi_ticks_widen(0.03, &axis);
+    plot->y_lo = axis.lo;
+    plot->y_hi = axis.hi;
+    plot->count = 1;
+    plot->series[0].x = x;
+    plot->series[0].y = im->cell;
+    plot->series[0].count = im->nx;
+}
+
+/* Draw the frame in memory: into the image, or, where there is none, into a file. */
+static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
+                                 pd_image *image)
+{
+    pdi_images_text text;
+    pd_picture picture;
+    pdi_warp warp;
+    pd_plot plot;
+    double *x = NULL;
+    if (PD_DIM > 1) {
+        pdi_images_picture(im, field, time, &text, &picture);
+        if (!pdi_images_moved(im, field))
+            return image ? pdi_picture_draw(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
+        pdi_images_warp(im, field, &picture, &warp);
+        return image ? pdi_warp_draw(ctx, &warp, image) : pdi_warp_write(ctx, path, &warp);
+    }
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, x));
+    pdi_images_curve(im, field, time, &text, x, &plot);
+    pd_status status = image ? pdi_plot_draw(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, im->cells, x);
+    return status;
+}
+
+/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end, const char *picture)
+{
+    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
+    size_t size = 0;
+    pd_file file;
+    pd_ctx quiet = *ctx;
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
+    PDI_TRY(pd_file_join(ctx, im->folder->path, name, path));
+    int known = (im->latest >> field & 1u) != 0;
+    if (!known && im->last > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
+        pdi_file_abandon(&file);
+        known = 1;
+    }
+    if (!known) PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_file_write(ctx, &file, data, size);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
+/* Its files. fresh: they stand in no list yet. */
+static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh)
+{
+    static const char *const ends[2] = {"png", "svg"};
+    unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    for (int k = 0; k < 2; k++) {
+        if (!(formats >> k & 1u)) continue;
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_setup_field_name(field), frame, time, ends[k], name));
+        PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
+                      : pd_file_join(ctx, im->folder->path, name, path));
+        PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
+        if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
+    }
+    im->latest |= 1u << field;
+    return PD_OK;
+}
+
+/* ---- frames in a file ---- */
+
+/* Numbers as floats, to the file or from it. */
+static pd_status pdi_images_numbers(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
+{
+    float piece[PDI_IMAGES_PIECE];
+    size_t got;
+    for (int64_t at = 0; at < count; at += PDI_IMAGES_PIECE) {
+        size_t n = (size_t)(count - at < PDI_IMAGES_PIECE ? count - at : PDI_IMAGES_PIECE);
+        if (reading) {
+            PDI_TRY(pdi_file_get(ctx, file, piece, n * sizeof *piece, &got));
+            if (got != n * sizeof *piece) return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
+        } else {
+            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
+            PDI_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
+        }
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
+{
+    size_t got;
+    if (!reading) return pdi_file_write(ctx, file, data, size);
+    PDI_TRY(pdi_file_get(ctx, file, data, size, &got));
+    return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+}
+
+/* What follows the head; a newline is its end. */
+static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
+{
+    char end = '\n';
+    PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    if (pdi_images_moved(im, field)) {
+        PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
+        PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
+    }
+    return pdi_images_bytes(ctx, file, reading, &end, 1);
+}
+
+/* [byte] of it. */
+static int64_t pdi_images_size(const pd_images *im, pd_field field)
+{
+    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+}
+
+static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
+{
+    pdi_images_head head;
+    memset(&head, 0, sizeof head);
+    head.field = (double)field;
+    head.frame = frame;
+    head.time = im->model->couple.time;
+    head.view = im->view[field];
+    PDI_TRY(pdi_file_write(ctx, &im->kept, &head, sizeof head));
+    PDI_TRY(pdi_images_body(ctx, im, field, &im->kept, 0));
+    return pdi_file_flush(ctx, &im->kept);
+}
+
+PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
+{
+    double time = im->model->couple.time;
+    pdi_images_text text;
+    pd_picture picture;
+    pdi_warp warp;
+    memset(&warp, 0, sizeof warp);
+    im->last = frame;
+    if (im->move) pdi_images_moves(im);
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        if (!pdi_images_drawn(im, field)) continue;
+        PDI_TRY(pdi_poll(ctx, "pictures", k));
+        pdi_images_fill(im, field);
+        if (pdi_images_moved(im, field)) {
+            pdi_images_picture(im, field, time, &text, &picture);
+            pdi_images_warp(im, field, &picture, &warp);
+        }
+        PDI_TRY(pdi_images_look(ctx, im, field, &warp));
+        if (im->keeps) PDI_TRY(pdi_images_keep(ctx, im, field, frame));
+        PDI_TRY(pdi_images_write(ctx, im, field, frame, time, 1));
+    }
+    im->frames++;
+    return PD_OK;
+}
+
+/* ---- the end ---- */
+
+static int pdi_images_same(const pd_images_view *a, const pd_images_view *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+/* The frames of a field, from the file: those with a smaller range, for a film all. */
+static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_field field, pdi_apng *film)
+{
+    pdi_images_head head;
+    pd_image image;
+    size_t got;
+    memset(&image, 0, sizeof image);
+    for (;;) {
+        PDI_TRY(pdi_file_get(ctx, file, &head, sizeof head, &got));
+        if (got < sizeof head) return PD_OK;
+        pd_field of = (pd_field)(int)head.field;
+        if (of != field || (!film && pdi_images_same(&head.view, &im->view[field]))) {
+            if (fseek((FILE *)file->stream, (long)pdi_images_size(im, of), SEEK_CUR) == 0) continue;
+            return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+        }
+        PDI_TRY(pdi_poll(ctx, "pictures", (int64_t)head.frame));
+        PDI_TRY(pdi_images_body(ctx, im, field, file, 1));
+        if (!pdi_images_same(&head.view, &im->view[field]))
+            PDI_TRY(pdi_images_write(ctx, im, field, (int)head.frame, head.time, 0));
+        if (!film) continue;
+        pd_status status = pdi_images_draw(ctx, im, field, head.time, NULL, &image);
+        if (status == PD_OK) status = pdi_apng_add(ctx, film, &image);
+        pdi_image_free(ctx, &image);
+        PDI_TRY(status);
+    }
+}
+
+/* C_film.png */
+static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
+{
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    snprintf(name, sizeof name, "%s_film.png", pdi_setup_field_name(field));
+    PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
+}
+
+static pd_status pdi_images_all(pd_ctx *ctx, pd_images *im, pd_field field, const char *path)
+{
+    int filmed = im->model->setup->drawing.animate;
+    pd_file file;
+    pdi_apng film;
+    memset(&film, 0, sizeof film);
+    PDI_TRY(pdi_file_open(ctx, path, &file));
+    pd_status status = filmed ? pdi_images_film(ctx, im, field, &film) : PD_OK;
+    if (status == PD_OK) status = pdi_images_again(ctx, im, &file, field, filmed ? &film : NULL);
+    if (status == PD_OK && filmed) status = pdi_apng_commit(ctx, &film);
+    pdi_apng_abandon(&film);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+    im->keeps = 0;
+    pdi_file_remove(path);
+    return PD_OK;
+}
+
+/* ---- life ---- */
+
+/* Frames are drawn again where their range may grow. */
+static int pdi_images_grow(const pd_images *im)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        if (pdi_images_drawn(im, field) && !known) return 1;
+    }
+    return 0;
+}
+
+static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
+{
+    const pd_setup *u = im->model->setup;
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
+        PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    if (!(u->deformed > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
+    return PDI_NEW(ctx, "images", im->cells, im->joined);
+}
+
+PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *im)
+{
+    const pd_setup *u = model->setup;
+    memset(im, 0, sizeof *im);
+    im->model = model;
+    im->folder = folder;
+    if (!u->images) return PD_OK;
+    im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
+    im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
+    im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
+    im->nx = model->grid.n[im->right];
+    im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
+    im->cells = (int64_t)im->nx * im->ny;
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        pd_images_view *view = &im->view[k];
+        view->lo = view->low[0] = view->low[1] = HUGE_VAL;
+        view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
+    }
+    PDI_TRY(pdi_images_reserve(ctx, im));
+    im->keeps = u->drawing.animate || pdi_images_grow(im);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_folder_add(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    return pdi_file_append(ctx, path, &im->kept);
+}
+
+PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
+    PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
+    if (im->keeps && !archive->reading) PDI_TRY(pdi_file_length(ctx, &im->kept, &im->length));
+    PDI_TRY(PDI_KEEP(ctx, archive, "length of pictures", &im->length, 1));
+    if (!im->keeps || !archive->reading) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    return pdi_file_resume(ctx, path, im->length, &im->kept);
+}
+
+PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
+{
+    pdi_file_abandon(&im->kept); /* every frame has been flushed */
+    PDI_DELETE(ctx, im->cells, im->cell);
+    PDI_DELETE(ctx, im->cells, im->paint);
+    PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, im->cells, im->joined);
+    PDI_DELETE(ctx, im->cells, im->sorted);
+    memset(im, 0, sizeof *im);
+}
+
+#undef PDI_IMAGES_PIECE
+#undef PDI_IMAGES_LARGEST
+#undef PDI_IMAGES_DELAY

@@ -1,0 +1,55 @@
+/* images: fields that are drawn at output times, one range of colours and one size for all frames of a field.
+ *
+ * A frame is drawn at once, with the range of the frames so far. What it shows is kept in a file, PD_IMAGES_KEPT. In
+ * the end frames whose range has grown since are drawn again, and films are made. That file is not needed where all
+ * ranges are given and there is no film.
+ */
+#ifndef PD_IMAGES_H
+#define PD_IMAGES_H
+#include "io/folder.h"
+#include "run/model.h"
+
+#define PD_IMAGES_KEPT "pictures.bin"
+
+/* What all frames of a field have in common, so far. */
+typedef struct pd_images_view {
+    double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
+    double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+} pd_images_view;
+
+typedef struct pd_images {
+    const pd_model *model;
+    pd_folder *folder;
+    int right, up, below;    /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
+    int nx, ny;
+    int64_t cells;
+    double *cell;            /* [cells] [unit of the field] */
+    uint8_t *paint;          /* [cells] pd_paint */
+    double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
+    uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
+    pd_images_view view[PD_FIELD_COUNT];
+    int64_t frames;          /* so far */
+    int64_t last;            /* number of the last frame */
+    int live;                /* 1: the last picture of each field is there under a name of its own, too */
+    unsigned latest;         /* bit k: pd_field k has it */
+    int keeps;               /* 1: frames are kept, in: */
+    pd_file kept;
+    int64_t length;          /* [byte] of it when the checkpoint was made */
+} pd_images;
+
+#ifdef PDI_INTERNAL
+/* model and folder are borrowed. */
+PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *images);
+/* Begin the file of a new run. */
+PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *images);
+/* Note where the pictures stand; or read it back, and go on with the file as it was then. */
+PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *images, pd_archive *archive);
+/* Draw all fields of this instant, with pdi_sample_prepare before. */
+PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *images, int frame);
+/* All frames are there: those with a smaller range are drawn again, and films are made. PD_STOPPED. */
+PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *images);
+PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
+#endif
+
+#endif

@@ -1,0 +1,215 @@
+/* read_drawing: see read_drawing.h */
+#include "scene/read_drawing.h"
+#include "io/picture.h"
+#include "scene/named_files.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+
+typedef struct pdi_read_drawing {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_setup *setup;
+    int section;
+} pdi_read_drawing;
+
+/* The next part of a list with commas, without blanks around it; 0 at the end. */
+static int pdi_read_drawing_item(const char **list, char *item)
+{
+    const char *from = *list + strspn(*list, " \t");
+    size_t length = 0;
+    if (!*from) return 0;
+    for (int depth = 0; from[length] && (depth > 0 || from[length] != ','); length++)
+        depth += (from[length] == '(') - (from[length] == ')');
+    *list = from + length + (from[length] == ',');
+    while (length > 0 && (from[length - 1] == ' ' || from[length - 1] == '\t')) length--;
+    snprintf(item, PDI_READ_DRAWING_ITEM, "%.*s", (int)length, from);
+    return 1;
+}
+
+/* The drawn field of this name. */
+static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
+{
+    for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
+        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+            return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
+                           name);
+}
+
+/* One end of a range. */
+static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, const char *unit, double *value)
+{
+    pd_expr expr;
+    pd_expr_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.text = from;
+    desc.consts = r->text->consts;
+    desc.const_count = r->text->const_count;
+    desc.tables = r->text->tables;
+    desc.table_count = r->text->table_count;
+    desc.unit = unit;
+    desc.where = "range";
+    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, "range");
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(r->ctx, &expr);
+    return PD_OK;
+}
+
+/* "C 0 .. 500 mol/m3" */
+static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
+{
+    char unit[PD_UNITS_TEXT];
+    int field;
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
+    item[word] = '\0';
+    PDI_TRY(pdi_read_drawing_field(r, "range", item, &field));
+    pdi_setup_field_unit((pd_field)field, unit);
+    if (pdi_setup_field_numbered((pd_field)field))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
+                               item);
+    if (!dots)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range",
+                               "found '%.60s' behind '%s', expected a range: %s 0 .. 1 %s", from, item, item, unit);
+    *dots = '\0';
+    double *range = r->setup->drawing.range[field];
+    if (range[0] < range[1])
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s' twice", item);
+    PDI_TRY(pdi_read_drawing_end(r, from, unit, &range[0]));
+    PDI_TRY(pdi_read_drawing_end(r, dots + 2, unit, &range[1]));
+    if (!(range[0] < range[1]) || !(range[1] - range[0] < HUGE_VAL))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found %.6g .. %.6g of '%s', expected the smaller "
+                               "value first", range[0], range[1], item);
+    if ((r->setup->drawing.log >> field & 1u) && !(range[0] > 0.0))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "range",
+                               "found %.6g of '%s', which is drawn by its logarithm, expected a positive value",
+                               range[0], item);
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_ranges(pdi_read_drawing *r)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "range")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "range", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_one_range(r, item));
+    return PD_OK;
+}
+
+/* "grey" for all fields, "p diverging" for one */
+static pd_status pdi_read_drawing_maps(pdi_read_drawing *r)
+{
+    static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
+    static const pd_map maps[] = {PD_MAP_SEQUENTIAL, PD_MAP_VIRIDIS, PD_MAP_GREY, PD_MAP_DIVERGING};
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "map")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "map", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        size_t word = strcspn(item, " \t");
+        int field = -1, map = 0;
+        const char *name = item;
+        if (item[word]) {
+            item[word] = '\0';
+            name = item + word + 1 + strspn(item + word + 1, " \t");
+            PDI_TRY(pdi_read_drawing_field(r, "map", item, &field));
+        }
+        while (map < 4 && strcmp(name, names[map]) != 0) map++;
+        if (map == 4)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "map",
+                                   "found '%.40s', expected violet, viridis, grey or diverging, or one of them "
+                                   "behind a field", name);
+        for (int k = 0; k < PD_FIELD_COUNT; k++)
+            if (field < 0 || k == field) r->setup->drawing.map[k] = 1 + (int)maps[map];
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        const char *name = pdi_setup_field_name((pd_field)k);
+        int field;
+        if (!(drawing->log >> k & 1u)) continue;
+        PDI_TRY(pdi_read_drawing_field(r, "log", name, &field));
+        if (pdi_setup_field_numbered((pd_field)k))
+            return pdi_text_refuse(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
+                                   name);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
+{
+    static const char *const names[] = {"png", "svg"};
+    pd_word_list list;
+    PDI_TRY(pdi_text_words(r->ctx, r->text, r->section, "format", "png", &list));
+    for (int w = 0; w < list.count; w++) {
+        unsigned k = 0;
+        while (k < 2 && strcmp(list.word[w], names[k]) != 0) k++;
+        if (k == 2)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "format", "found '%s', expected png, svg or both",
+                                   list.word[w]);
+        r->setup->drawing.formats |= 1u << k;
+    }
+    return PD_OK;
+}
+
+/* Pictures of planes. */
+static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
+{
+    static const char *const keys[] = {"map", "width", "cells"};
+    static const char *const cells[] = {"blocky", "smooth", NULL};
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    for (int k = 0; PD_DIM == 1 && k < 3; k++)
+        if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
+            return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
+                                   "found in 1D, where images are curves, expected it in 2D and 3D");
+    if (PD_DIM == 1) return PD_OK;
+    PDI_TRY(pdi_read_drawing_maps(r));
+    PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
+    return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
+                            &drawing->width);
+}
+
+/* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
+static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
+{
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
+    const char *value;
+    for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+        if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
+        if (!pdi_text_has(r->ctx, r->text, r->section, "images"))
+            return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
+                                   "found without 'images', the fields that are drawn");
+        PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, keys[k], NULL, &value));
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup)
+{
+    pdi_read_drawing r;
+    r.ctx = ctx;
+    r.text = text;
+    r.setup = setup;
+    r.section = section;
+    PDI_TRY(pdi_read_drawing_formats(&r));
+    if (!setup->images) return pdi_read_drawing_none(&r);
+    PDI_TRY(pdi_read_drawing_log(&r));
+    PDI_TRY(pdi_read_drawing_ranges(&r));
+    PDI_TRY(pdi_read_drawing_plane(&r));
+    PDI_TRY(pdi_text_bool(ctx, text, section, "animate", "no", &setup->drawing.animate));
+    PDI_TRY(pdi_text_number(ctx, text, section, "percentile", "", "100 %", &setup->drawing.percentile));
+    if (setup->drawing.percentile > 0.0 && setup->drawing.percentile <= 1.0) return PD_OK;
+    return pdi_text_refuse(ctx, text, section, "percentile", "found %.6g %%, expected a share above 0 and up to 100 %%",
+                           100.0 * setup->drawing.percentile);
+}
+
+#undef PDI_READ_DRAWING_ITEM

@@ -1,0 +1,194 @@
+#!/bin/sh
+# Pictures of runs against other readers: a film with PIL, which knows APNG, vectors with xmllint and rsvg-convert. One
+# range and one size for all frames; colours against the values of a probe.
+. tests/lib/script.sh
+python=
+for candidate in python3 /usr/bin/python3; do
+    if $candidate -c 'import PIL' 2> /dev/null; then
+        python=$candidate
+        break
+    fi
+done
+[ "$python" ] || skip_all "PIL for Python is not installed (Debian: python3-pil)"
+cd "$dir" || exit 1
+
+# A closed box with a hot spot that spreads: the largest value falls, and frames of their own would show the same.
+cat > box.scene << 'END'
+[grid]      h = 10 um   m = 3   box = 0 .. 300 um, 0 .. 200 um
+[side x-]   C = 40 mol/m3
+[transport] D = 1e-9 m2/s   initial = 400 mol/m3 * exp(-((x - 150 um)^2 + (y - 100 um)^2) / (40 um)^2)
+[run]       until = 1 s
+[output]    every = 0.25 s   fields = none   images = C, kind
+[probe a]   at = 155 um, 105 um
+END
+cat > rod.scene << 'END'
+[grid]      h = 1 um   m = 3   box = 0 .. 40 um
+[side x-]   C = 2 mol/m3
+[transport] D = 1e-9 m2/s
+[run]       until = 1 s
+[output]    every = 0.25 s   fields = none   images = C   animate = yes
+END
+
+# pd DIM SCENE OUT ARGUMENT...
+pd() {
+    program=$programs/pd$1d scene=$2 out=$3
+    shift 3
+    "$program" "$scene" --out "$out" --quiet --threads 1 "$@" > log 2>&1
+}
+
+pd 2 box.scene box output.animate=yes
+verdict "a run with a film"
+[ ! -e box/pictures.bin ]
+verdict "what frames show is gone in the end"
+
+cat > films.py << 'END'
+import glob, sys
+from PIL import Image, ImageChops
+folder, field, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+film = Image.open('%s/%s_film.png' % (folder, field))
+names = sorted(glob.glob('%s/%s_0*.png' % (folder, field)))
+assert film.is_animated and film.n_frames == count == len(names), (film.n_frames, names)
+assert film.info.get('loop', 0) == 0
+sizes = {Image.open(name).size for name in names}
+assert sizes == {film.size}, sizes
+shown = []
+for k, name in enumerate(names):
+    film.seek(k)
+    assert film.info['duration'] == (100 if k + 1 < count else 1000), film.info
+    frame = film.convert('RGB')
+    assert ImageChops.difference(frame, Image.open(name).convert('RGB')).getbbox() is None, name
+    shown.append(frame.tobytes())
+assert len(set(shown)) == count
+END
+$python films.py box C 5 > log 2>&1
+verdict "a film shows the pictures of C, one after the other"
+$python films.py box kind 5 > log 2>&1
+verdict "a film shows the pictures of kind"
+
+# a reader that knows no films sees the first frame
+cat > first.py << 'END'
+import struct, zlib
+def rows(path):
+    data, at, packed = open(path, 'rb').read(), 8, b''
+    while at < len(data):
+        size, kind = struct.unpack('>I4s', data[at:at + 8])
+        if kind == b'IDAT': packed += data[at + 8:at + 8 + size]
+        assert struct.unpack('>I', data[at + 8 + size:at + 12 + size])[0] == zlib.crc32(data[at + 4:at + 8 + size])
+        at += 12 + size
+    assert at == len(data) and kind == b'IEND'
+    return zlib.decompress(packed)
+assert rows('box/C_film.png') == rows('box/C_000000_t0.0s.png')
+END
+$python first.py > log 2>&1
+verdict "the first frame of a film is an image of its own"
+
+# The range of the series: that of the largest value of all frames, which is the first one; all colours are as with this
+# range given, and the probe has the colour of its value.
+cat > colours.py << 'END'
+import csv, glob, sys
+from PIL import Image
+folder, low, high = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+rows = list(csv.reader(line for line in open(folder + '/probes.csv') if line[0] != '#'))
+series = [(float(r[0]), float(r[1])) for r in rows[1:]]
+names, worst = sorted(glob.glob(folder + '/C_0*.png')), 0
+for name in names:
+    image = Image.open(name).convert('RGB')
+    time = float(name.split('_t')[1][:-5])
+    value = min(series, key=lambda s: abs(s[0] - time))[1]
+    ink = (0x20, 0x21, 0x24)
+    dark = [sum(image.getpixel((x, y)) == ink for y in range(image.height)) for x in range(image.width)]
+    frames = [x for x in range(image.width) if dark[x] > 0.7 * max(dark)] # field and bar: left and right each
+    left, right, bar = frames[0] + 1, frames[1], frames[2] + 1
+    column = [y for y in range(image.height) if image.getpixel((left - 1, y)) == ink]
+    top = column[0] + 1
+    bottom = next(y for y in range(top, image.height) if y + 1 not in column)
+    shown = image.getpixel((left + (right - left) * 155 // 300, bottom - (bottom - top) * 105 // 200 - 1))
+    scale = [image.getpixel((bar + 3, y)) for y in range(bottom - 1, top - 1, -1)]
+    distance = [sum((a - b) ** 2 for a, b in zip(shown, c)) for c in scale]
+    found = low + (high - low) * distance.index(min(distance)) / (len(scale) - 1.0)
+    if time > 0: worst = max(worst, abs(found - value) / (high - low)) # a probe has no row at the start
+assert len(names) == 5 and worst < 0.01, worst
+END
+top=$(awk -v h=10e-6 'BEGIN { r = 5e-6; print 400 * exp(-2 * r * r / (40e-6 * 40e-6)) }')
+pd 2 box.scene given "output.range=C 0 .. $top mol/m3"
+verdict "a run with a range"
+$python colours.py given 0 "$top" > log 2>&1
+verdict "colours are those of the values"
+cat > alike.py << 'END'
+import glob, os, sys
+from PIL import Image, ImageChops
+for name in sorted(glob.glob(sys.argv[1] + '/C_0*.png')):
+    a, b = (Image.open(os.path.join(f, os.path.basename(name))).convert('RGB') for f in sys.argv[1:3])
+    assert a.size == b.size, (a.size, b.size)
+    most = max(high for low, high in ImageChops.difference(a, b).getextrema())
+    assert most <= int(sys.argv[3]), (name, most)
+END
+# the smallest value of all frames is that of the corners at the start, next to nothing
+$python alike.py box given 6 > log 2>&1
+verdict "the range of a series is that of all frames"
+grep -q '^pictures.bin$' box/pdcorr.files && ! grep -q '^pictures.bin$' given/pdcorr.files
+verdict "a given range needs no second drawing"
+
+# 90 % of the values of a frame count: from the fields in the VTK files, as numpy has it
+cat > share.py << 'END'
+import glob, struct
+low, high = 1e99, -1e99
+for name in glob.glob('share/*.vti'):
+    data = open(name, 'rb').read()
+    at = data.index(b'_', data.index(b'<AppendedData')) + 1
+    size = struct.unpack('<Q', data[at:at + 8])[0]
+    values = sorted(struct.unpack('<%df' % (size // 4), data[at + 8:at + 8 + size]))
+    def rank(place):
+        k = min(int(place), len(values) - 2)
+        return values[k] + (place - k) * (values[k + 1] - values[k])
+    assert len(values) == 600
+    low, high = min(low, rank(0.05 * 599)), max(high, rank(0.95 * 599))
+print('%.9g %.9g' % (low, high))
+END
+pd 2 box.scene share "output.percentile=90 %" output.fields=C
+verdict "a run with percentiles"
+$python share.py > ends 2> log
+verdict "the ends of 90 %"
+read -r low high < ends
+pd 2 box.scene ends_given "output.range=C $low mol/m3 .. $high mol/m3" && $python alike.py share ends_given 3 > log 2>&1
+verdict "percentiles are those of all frames"
+
+# the same with vectors
+pd 2 box.scene vectors "output.format=png, svg" "output.images=C"
+verdict "a run with vectors"
+if command -v xmllint > /dev/null; then
+    [ "$(ls vectors/C_0*.svg | wc -l)" = 5 ] && xmllint --noout --nonet vectors/*.svg > log 2>&1
+    verdict "vectors are XML"
+else
+    echo "skipped: xmllint is not installed (Debian: libxml2-utils)"
+    skipped=$((skipped + 1))
+fi
+if command -v rsvg-convert > /dev/null; then
+    rsvg-convert vectors/C_000003_t0.75s.svg -o drawn.png > log 2>&1
+    cat > drawn.py << 'END'
+from PIL import Image
+a, b = (Image.open(f).convert('RGB') for f in ('drawn.png', 'vectors/C_000003_t0.75s.png'))
+assert a.size == b.size, (a.size, b.size)
+# the field is the same, pixel by pixel; letters are of another font
+ink = (0x20, 0x21, 0x24)
+x = a.width // 3
+column = [y for y in range(b.height) if b.getpixel((x, y)) == ink]
+wrong = sum(max(abs(p - q) for p, q in zip(a.getpixel((i, j)), b.getpixel((i, j)))) > 2
+            for i in range(x, 2 * x, 7) for j in range(column[0] + 4, column[-1] - 60, 7))
+assert wrong == 0, wrong
+letters = sum(a.getpixel((i, j)) != (255, 255, 255) for i in range(a.width) for j in range(column[0] - 2))
+assert letters > 200, letters
+END
+    $python drawn.py >> log 2>&1
+    verdict "vectors are drawn as pixels are"
+else
+    echo "skipped: rsvg-convert is not installed (Debian: librsvg2-bin)"
+    skipped=$((skipped + 1))
+fi
+
+# 1D: curves with one axis
+pd 1 rod.scene rod
+verdict "a film of curves"
+$python films.py rod C 5 > log 2>&1
+verdict "a film shows curves"
+score
