@@ -7119,8 +7119,9 @@ PDI_FN pd_status pdi_paraview_write(pd_ctx *ctx, const char *path);
 /* ======== >>io/csv.h ======== */
 /* csv: tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *
- * '#' starts a comment line; the first other line names the columns ("time [s]"); fields are separated by commas and
- * may stand in double quotes ("" inside for one quote). Numbers are written as the shortest text that reads back as
+ * The first line names the columns ("time [s]"), and every other one is a row: what reads CSV reads these without an
+ * option. Of tables that are read, lines that begin with '#' are comments. Fields are separated by commas and may stand
+ * in double quotes ("" inside for one quote). Numbers are written as the shortest text that reads back as
  * the same bits.
  */
 #ifndef PD_CSV_H
@@ -7148,24 +7149,23 @@ typedef struct pd_table {
 } pd_table;
 
 #ifdef PDI_INTERNAL
-/* Start a file with a comment (its source; NULL: none) and the names of its columns, written aside and renamed, then
- * open it for appending. An older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a
- * control character. */
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                                int columns, pd_csv *csv);
+/* Start a file with the names of its columns, "time [s]", written aside and renamed, then open it for appending. An
+ * older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a control character. */
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                pd_csv *csv);
 /* Append values[columns] and flush: the row is in the file when this returns. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, const double *values, int64_t rows);
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                               const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
 PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Number of the column of this name, -1: none. */
+/* Number of the column of this name, with its unit or, where one column alone begins so, without; -1: none. */
 PDI_FN int pdi_table_find(const pd_table *table, const char *name);
 /* Text of a field; row -1 is the row of names. */
 PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
@@ -43033,15 +43033,8 @@ static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
     return pdi_file_text(ctx, file, "\"");
 }
 
-static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, const char *const *names, int columns)
+static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
-    for (; comment && *comment;) {
-        size_t length = strcspn(comment, "\n");
-        PDI_TRY(pdi_file_text(ctx, file, "# "));
-        PDI_TRY(pdi_file_write(ctx, file, comment, length));
-        PDI_TRY(pdi_file_text(ctx, file, "\n"));
-        comment += length + (comment[length] == '\n');
-    }
     for (int k = 0; k < columns; k++) {
         if (k) PDI_TRY(pdi_file_text(ctx, file, ","));
         PDI_TRY(pdi_csv_name(ctx, file, names[k]));
@@ -43062,13 +43055,13 @@ static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values
     return pdi_file_write(ctx, file, row, used);
 }
 
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                               const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    pd_status status = pdi_csv_head(ctx, &file, names, columns);
     for (int64_t k = 0; k < rows && status == PD_OK; k++)
         status = pdi_csv_values(ctx, &file, values + k * columns, columns);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
@@ -43076,11 +43069,11 @@ PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *commen
     return status;
 }
 
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                                int columns, pd_csv *csv)
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_csv_write(ctx, path, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -43268,9 +43261,14 @@ PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
 
 PDI_FN int pdi_table_find(const pd_table *table, const char *name)
 {
-    for (int k = 0; k < table->columns; k++)
-        if (strcmp(pdi_table_text(table, -1, k), name) == 0) return k;
-    return -1;
+    int found = -1;
+    size_t length = strlen(name);
+    for (int k = 0; k < table->columns; k++) {
+        const char *own = pdi_table_text(table, -1, k);
+        if (strcmp(own, name) == 0) return k;
+        if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
+    }
+    return found < 0 ? -1 : found;
 }
 
 PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
@@ -53880,10 +53878,11 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views)
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
-                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
-                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity",   "front_m"};
+static const char *const pdi_output_columns[] = {
+    "time [s]", "volume_loss [-]", "solid_nodes [-]", "v_max [m/s]", "C_max [mol/m3]", "ledger [-]", "flux [-]",
+    "dt [s]", "step [-]", "flow_solves [-]", "flow_evals [-]", "flow_krylov [-]", "transport_krylov [-]",
+    "limiter [-]", "momentum [-]", "continuity [-]", "front [m]"};
+enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
 #define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
@@ -54230,21 +54229,23 @@ static double pdi_output_probe(const pd_model *m, pd_field field, int component,
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
-static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
     const pd_model *m = out->model;
     int count = 0;
     if (values) values[0] = m->couple.time;
-    if (names) memcpy(names[0], "time_s", 7);
+    if (names) snprintf(names[0], PDI_OUTPUT_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
+                const char *known = pdi_output_unit((pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
-                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                    snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
+                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
@@ -54254,22 +54255,20 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
 
 static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
     const char *list[PD_CSV_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                          list, count, &out->probes);
+    return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
-                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_csv_create(ctx, path, pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -54297,7 +54296,6 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     int k = 0;
     pdi_model_effort(out->model, &effort);
     row[k++] = c->time;
-    row[k++] = c->time / 3600.0;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
@@ -55041,7 +55039,9 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_sample_label((pd_field)f));
+        const char *label = pdi_sample_label((pd_field)f);
+        snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
     return count;
 }
@@ -55168,7 +55168,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pdi_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    PDI_TRY(pdi_csv_write(ctx, path, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
     PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
@@ -55191,7 +55191,7 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_table_name(m, name);
     PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
-    return pdi_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+    return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -55704,8 +55704,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         row[3] = d->computed[p] / r->scale;
         row[4] = row[3] - row[1];
     }
-    pd_status status = pdi_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
-                                     r->points);
+    pd_status status = pdi_csv_write(ctx, path, list, 5, rows, r->points);
     PDI_DELETE(ctx, 5 * r->points, rows);
     return status;
 }
@@ -57664,7 +57663,6 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
 
 static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, pd_file *file)
 {
-    PDI_TRY(pdi_file_text(ctx, file, "# a run in each row: its values, how it ended, the figures of its result\n"));
     PDI_TRY(pdi_file_text(ctx, file, "run"));
     for (int k = 0; k < s->axes; k++) {
         PDI_TRY(pdi_file_text(ctx, file, ","));
@@ -57723,11 +57721,14 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     }
     c->rows[k] = table.rows;
     status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time", c->data[k]);
     if (status == PD_OK) status = pdi_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
     pdi_table_free(ctx, &table);
     PDI_TRY(status);
-    for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
+    for (int row = 0; row < c->rows[k]; row++) {
+        c->data[k][row] /= 3600.0;
+        c->data[k][c->rows[k] + row] *= 100.0;
+    }
     pd_sweep_label(s, index, label, sizeof label);
     snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
     c->plot.series[k].name = c->label[k];

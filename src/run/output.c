@@ -9,10 +9,11 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
-                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
-                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity",   "front_m"};
+static const char *const pdi_output_columns[] = {
+    "time [s]", "volume_loss [-]", "solid_nodes [-]", "v_max [m/s]", "C_max [mol/m3]", "ledger [-]", "flux [-]",
+    "dt [s]", "step [-]", "flow_solves [-]", "flow_evals [-]", "flow_krylov [-]", "transport_krylov [-]",
+    "limiter [-]", "momentum [-]", "continuity [-]", "front [m]"};
+enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
 #define PDI_OUTPUT_PICTURE 1073741824u /* [byte] no picture is larger */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
@@ -359,21 +360,23 @@ static double pdi_output_probe(const pd_model *m, pd_field field, int component,
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
-static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
     const pd_model *m = out->model;
     int count = 0;
     if (values) values[0] = m->couple.time;
-    if (names) memcpy(names[0], "time_s", 7);
+    if (names) snprintf(names[0], PDI_OUTPUT_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
+                const char *known = pdi_output_unit((pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
-                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                    snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
+                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
@@ -383,22 +386,20 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
 
 static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
     const char *list[PD_CSV_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                          list, count, &out->probes);
+    return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
-                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_csv_create(ctx, path, pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -426,7 +427,6 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     int k = 0;
     pdi_model_effort(out->model, &effort);
     row[k++] = c->time;
-    row[k++] = c->time / 3600.0;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
