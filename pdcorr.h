@@ -158,6 +158,7 @@
  *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG or SVG.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
+ *     paraview   a script that opens the fields of a run in ParaView, coloured, with one range for all times.
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *     scan       words and numbers of a text, and failures that name its line.
  *     points     places with volumes and regions, and cells of meshes that become such points.
@@ -6780,6 +6781,7 @@ PDI_FN void pdi_store_drop(pd_ctx *ctx, pd_store *store);
 
 #define PD_FOLDER_LIST "pdcorr.files"
 #define PD_FOLDER_LOCK "pdcorr.lock"
+#define PD_FOLDER_SCRIPT "open_in_paraview.py" /* see paraview.h */
 
 /* Zero-initialise. */
 typedef struct pd_folder {
@@ -7186,8 +7188,8 @@ PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plo
  * ParaView and VTK.
  *
  * Nodes are cell centres, so fields are cell data: the origin is the low corner of the box, the extent 0..n. Missing
- * dimensions are one cell thick. Ghosts are not written. Numbers have the byte order of the machine, and the file
- * says which.
+ * dimensions are one cell thick. Ghosts are not written. The first scalar and the first vector are the active ones.
+ * Numbers have the byte order of the machine, and the file says which.
  */
 #ifndef PD_VTI_H
 #define PD_VTI_H
@@ -7200,11 +7202,16 @@ typedef enum pd_vti_type {
     PD_VTI_INT32 = 3    /* int32_t in memory */
 } pd_vti_type;
 
+/* Zero-initialise. */
 typedef struct pd_vti_field {
-    const char *name; /* "C [mol/m3]" */
+    const char *name; /* "C" */
     pd_vti_type type;
     int vector;       /* 0: a scalar, data[node]; 1: PD_DIM components, data[d * total + node], padded to 3 by zeros */
     const void *data; /* over the padded lattice: total or PD_DIM * total elements */
+    const char *unit; /* "mol/m3", which VTK knows as UNITS_LABEL; NULL: none */
+    const char *const *codes; /* [code_count] what the values 0, 1, ... mean: the list NAME_names of the field data;
+                               * NULL: none */
+    int code_count;
 } pd_vti_field;
 
 /* A time series of files. Zero-initialise. */
@@ -7236,11 +7243,24 @@ PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive);
 
 #endif
 
+/* ======== >>io/paraview.h ======== */
+/* paraview: a script that opens the fields of a run in ParaView, coloured, with one range for all times. */
+#ifndef PD_PARAVIEW_H
+#define PD_PARAVIEW_H
+
+#ifdef PDI_INTERNAL
+/* For a folder with simulation.pvd; the script finds out what is in it. PD_ERR_FILE. */
+PDI_FN pd_status pdi_paraview_write(pd_ctx *ctx, const char *path);
+#endif
+
+#endif
+
 /* ======== >>io/csv.h ======== */
 /* csv: tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
  *
- * '#' starts a comment line; the first other line names the columns ("time [s]"); fields are separated by commas and
- * may stand in double quotes ("" inside for one quote). Numbers are written as the shortest text that reads back as
+ * The first line names the columns ("time [s]"), and every other one is a row: what reads CSV reads these without an
+ * option. Of tables that are read, lines that begin with '#' are comments. Fields are separated by commas and may stand
+ * in double quotes ("" inside for one quote). Numbers are written as the shortest text that reads back as
  * the same bits.
  */
 #ifndef PD_CSV_H
@@ -7268,24 +7288,23 @@ typedef struct pd_table {
 } pd_table;
 
 #ifdef PDI_INTERNAL
-/* Start a file with a comment (its source; NULL: none) and the names of its columns, written aside and renamed, then
- * open it for appending. An older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a
- * control character. */
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                                int columns, pd_csv *csv);
+/* Start a file with the names of its columns, "time [s]", written aside and renamed, then open it for appending. An
+ * older file is replaced. PD_ERR_ARGUMENT: names that are empty, twice there or hold a control character. */
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                pd_csv *csv);
 /* Append values[columns] and flush: the row is in the file when this returns. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close. Allowed on one that is not open. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* A whole table values[rows][columns] at once, written aside and renamed. Errors as above. */
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, const double *values, int64_t rows);
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                               const double *values, int64_t rows);
 
 /* Read a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than names, an open quote,
  * a name twice. */
 PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
-/* Number of the column of this name, -1: none. */
+/* Number of the column of this name, with its unit or, where one column alone begins so, without; -1: none. */
 PDI_FN int pdi_table_find(const pd_table *table, const char *name);
 /* Text of a field; row -1 is the row of names. */
 PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
@@ -9067,7 +9086,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
 /* ======== >>run/output.h ======== */
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
- *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView
+ *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView; open_in_paraview.py
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
  *   volume_loss.png                         at the end
@@ -9087,6 +9106,7 @@ typedef struct pd_output {
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
+    int32_t *grain;           /* [total] -1: not in the metal */
     double *displaced;        /* [PD_DIM][total] [m] */
     pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */
@@ -40994,11 +41014,12 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 
 /* ---- the list ---- */
 
-/* What a run writes: a name without folder and with one of these endings. */
+/* What a run writes: its script, or a name without folder and with one of these endings. */
 static int pdi_folder_own(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
     size_t length = strlen(name);
+    if (strcmp(name, PD_FOLDER_SCRIPT) == 0) return 1;
     if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
     for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
         if (strcmp(name + length - 4, ends[k]) == 0) return 1;
@@ -43814,29 +43835,78 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
              "  <ImageData WholeExtent=\"%s\" Origin=\"%s %s %s\" Spacing=\"%s %s %s\">\n"
              "    <FieldData>\n"
              "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">%s"
-             "</DataArray>\n"
-             "    </FieldData>\n"
-             "    <Piece Extent=\"%s\">\n"
-             "      <CellData>\n",
+             "</DataArray>\n",
              pdi_vti_byte_order(), extent, number[0], number[1], number[2], number[3], number[4], number[5],
-             number[6], extent);
+             number[6]);
+    return pdi_file_text(ctx, file, text);
+}
+
+/* A text as VTK writes lists of texts: codes of its bytes, 0 behind each. */
+static pd_status pdi_vti_codes(pd_ctx *ctx, pd_file *file, const pd_vti_field *f)
+{
+    char text[PDI_VTI_TEXT], name[256];
+    pdi_vti_escape(f->name, name, sizeof name);
+    snprintf(text, sizeof text,
+             "      <Array type=\"String\" Name=\"%s_names\" NumberOfTuples=\"%d\" format=\"ascii\">", name,
+             f->code_count);
+    PDI_TRY(pdi_file_text(ctx, file, text));
+    for (int k = 0; k < f->code_count; k++) {
+        for (const char *c = f->codes[k]; *c; c++) {
+            snprintf(text, sizeof text, "%d ", (int)(unsigned char)*c);
+            PDI_TRY(pdi_file_text(ctx, file, text));
+        }
+        PDI_TRY(pdi_file_text(ctx, file, "0 "));
+    }
+    return pdi_file_text(ctx, file, "</Array>\n");
+}
+
+/* The lists of texts, the piece, and which arrays are the active ones. */
+static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields, int count)
+{
+    char text[PDI_VTI_TEXT], name[256], active[2][256] = {"", ""};
+    int n[3] = {1, 1, 1};
+    for (int k = 0; k < count; k++) {
+        if (fields[k].codes) PDI_TRY(pdi_vti_codes(ctx, file, &fields[k]));
+        int vector = fields[k].vector != 0;
+        pdi_vti_escape(fields[k].name, name, sizeof name);
+        if (!active[vector][0]) memcpy(active[vector], name, sizeof name);
+    }
+    for (int d = 0; d < PD_DIM; d++) n[d] = grid->n[d];
+    snprintf(text, sizeof text,
+             "    </FieldData>\n"
+             "    <Piece Extent=\"0 %d 0 %d 0 %d\">\n"
+             "      <CellData%s%s%s%s%s%s>\n",
+             n[0], n[1], n[2], active[0][0] ? " Scalars=\"" : "", active[0], active[0][0] ? "\"" : "",
+             active[1][0] ? " Vectors=\"" : "", active[1], active[1][0] ? "\"" : "");
+    return pdi_file_text(ctx, file, text);
+}
+
+/* The entry of an array among the cell data. */
+static pd_status pdi_vti_entry(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
+{
+    char text[PDI_VTI_TEXT], name[256], unit[64] = "";
+    pdi_vti_escape(f->name, name, sizeof name);
+    if (f->unit && !pdi_vti_escape(f->unit, unit, sizeof unit)) unit[0] = 0;
+    snprintf(text, sizeof text,
+             "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
+             "offset=\"%.0f\"",
+             pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
+    PDI_TRY(pdi_file_text(ctx, file, text));
+    if (!unit[0]) return pdi_file_text(ctx, file, "/>\n");
+    snprintf(text, sizeof text,
+             "><InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">%s</InformationKey></DataArray>\n", unit);
     return pdi_file_text(ctx, file, text);
 }
 
 static pd_status pdi_vti_body(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count, uint8_t *row)
 {
-    char text[PDI_VTI_TEXT], name[256];
     uint64_t offset = 0;
     PDI_TRY(pdi_vti_head(ctx, file, grid, time));
+    PDI_TRY(pdi_vti_open(ctx, file, grid, fields, count));
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
-        pdi_vti_escape(f->name, name, sizeof name);
-        snprintf(text, sizeof text,
-                 "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
-                 "offset=\"%.0f\"/>\n",
-                 pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
-        PDI_TRY(pdi_file_text(ctx, file, text));
+        PDI_TRY(pdi_vti_entry(ctx, file, f, offset));
         offset += 8 + (uint64_t)pdi_vti_cells(grid) * pdi_vti_components(f) * pdi_vti_sizes[f->type];
     }
     PDI_TRY(pdi_file_text(ctx, file,
@@ -43950,6 +44020,132 @@ PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive)
     return PDI_KEEP(ctx, archive, "collection", pvd->entries, size);
 }
 
+/* ======== >>io/paraview.c ======== */
+/* paraview: see paraview.h */
+
+/* C99 promises no literals as long as this in one piece. */
+static const char *const pdi_paraview_line[] = {
+    "\"\"\"Opens this run in ParaView 5.10 or later, coloured and with one range of colours for all times:",
+    "",
+    "    paraview --script=open_in_paraview.py        or in it: View > Python Shell > Run Script",
+    "    pvpython --force-offscreen-rendering open_in_paraview.py picture.png C",
+    "                                                 a picture of the field C at the end",
+    "\"\"\"",
+    "import os",
+    "import re",
+    "import sys",
+    "",
+    "from paraview import simple",
+    "",
+    "FLUID, SOLID = 1, 2  # values of the field kind",
+    "METAL = (\"density\", \"damage\", \"grain\", \"u\", \"mises\", \"eps_p\", \"broken\", \"strain_energy\")",
+    "",
+    "",
+    "def here():",
+    "    \"\"\"The folder of this file, which ParaView does not always call __file__.\"\"\"",
+    "    name = globals().get(\"__file__\") or sys._getframe().f_code.co_filename",
+    "    return os.path.dirname(os.path.abspath(name))",
+    "",
+    "",
+    "def title_of(folder, field):",
+    "    \"\"\"Name and unit, which stands in the first file of the series.\"\"\"",
+    "    with open(os.path.join(folder, \"simulation.pvd\"), encoding=\"utf-8\") as file:",
+    "        first = re.search(r'file=\"([^\"]*)\"', file.read()).group(1)",
+    "    with open(os.path.join(folder, first), \"rb\") as file:",
+    "        head = file.read(65536).split(b\"<AppendedData\")[0].decode(\"utf-8\", \"replace\")",
+    "    key = '\"[^>]*><InformationKey name=\"UNITS_LABEL\"[^>]*>([^<]*)<'",
+    "    found = re.search('Name=\"' + re.escape(field) + key, head)",
+    "    return \"%s [%s]\" % (field, found.group(1)) if found else field",
+    "",
+    "",
+    "def whole_range(source, times, field):",
+    "    \"\"\"Least and largest value of a field, of a vector its length, over all times.\"\"\"",
+    "    low, high = float(\"inf\"), -float(\"inf\")",
+    "    for time in times:",
+    "        source.UpdatePipeline(time)",
+    "        array = source.CellData[field]",
+    "        if array is None:",
+    "            continue",
+    "        bounds = array.GetRange(-1 if array.GetNumberOfComponents() > 1 else 0)",
+    "        if bounds[0] <= bounds[1]:",
+    "            low, high = min(low, bounds[0]), max(high, bounds[1])",
+    "    return (low, high) if low < high else (low, low + 1.0) if low < float(\"inf\") else (0.0, 1.0)",
+    "",
+    "",
+    "def cells_of(source, kind, name):",
+    "    \"\"\"The cells of one kind.\"\"\"",
+    "    part = simple.Threshold(registrationName=name, Input=source)",
+    "    part.Scalars = [\"CELLS\", \"kind\"]",
+    "    part.LowerThreshold = part.UpperThreshold = kind",
+    "    part.ThresholdMethod = \"Between\"",
+    "    return part",
+    "",
+    "",
+    "def main(arguments):",
+    "    folder = here()",
+    "    series = simple.OpenDataFile(os.path.join(folder, \"simulation.pvd\"))",
+    "    times = list(series.TimestepValues) or [0.0]",
+    "    series.UpdatePipeline(times[0])",
+    "    names = list(series.CellData.keys())",
+    "    first = [n for n in names if n not in (\"kind\", \"grain\", \"phase\")] or names",
+    "    field = arguments[1] if len(arguments) > 1 else first[0]",
+    "    if field not in names:",
+    "        raise SystemExit(\"open_in_paraview.py: no field %s, expected one of %s\" % (field, \", \".join(names)))",
+    "    view = simple.GetActiveViewOrCreate(\"RenderView\")",
+    "    if arguments:",
+    "        view.ViewSize = [1200, 800]",
+    "    simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()",
+    "    shown, plain = series, None",
+    "    if \"kind\" in names:  # walls and what lies outside go",
+    "        metal = field in METAL or field.startswith(\"sigma_\")",
+    "        shown = cells_of(series, SOLID if metal else FLUID, \"metal\" if metal else \"fluid\")",
+    "        plain = None if metal else cells_of(series, SOLID, \"metal\")",
+    "    low, high = whole_range(shown, times, field)",
+    "    display = simple.Show(shown, view)",
+    "    simple.ColorBy(display, (\"CELLS\", field))",
+    "    colours = simple.GetColorTransferFunction(field)",
+    "    colours.AutomaticRescaleRangeMode = \"Never\"",
+    "    colours.RescaleTransferFunction(low, high)",
+    "    colours.NanOpacity = 0.0",
+    "    bar = simple.GetScalarBar(colours, view)",
+    "    bar.Title, bar.ComponentTitle = title_of(folder, field), \"\"",
+    "    bar.Orientation, bar.WindowLocation = \"Horizontal\", \"Lower Center\"",
+    "    display.SetScalarBarVisibility(view, True)",
+    "    if plain is not None:",
+    "        grey = simple.Show(plain, view)",
+    "        simple.ColorBy(grey, None)",
+    "        grey.AmbientColor = grey.DiffuseColor = [0.6, 0.6, 0.6]",
+    "    simple.Hide(series, view)",
+    "    stamp = simple.AnnotateTimeFilter(Input=series, Format=\"t = {time:g} s\")",
+    "    simple.Show(stamp, view)",
+    "    view.ViewTime = times[-1]",
+    "    simple.GetAnimationScene().GoToLast()",
+    "    extent = series.GetDataInformation().GetExtent()",
+    "    view.InteractionMode = \"2D\" if extent[5] - extent[4] == 1 else \"3D\"",
+    "    simple.ResetCamera(view)",
+    "    simple.Render(view)",
+    "    if arguments:",
+    "        simple.SaveScreenshot(arguments[0], view, ImageResolution=[1200, 800])",
+    "    print(\"%s: %d times, %s from %g to %g\" % (os.path.basename(folder), len(times), field, low, high))",
+    "",
+    "",
+    "main([a for a in sys.argv[1:] if not a.startswith(\"-\")])",
+};
+
+PDI_FN pd_status pdi_paraview_write(pd_ctx *ctx, const char *path)
+{
+    pd_file file;
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = PD_OK;
+    for (size_t k = 0; k < sizeof pdi_paraview_line / sizeof pdi_paraview_line[0] && status == PD_OK; k++) {
+        status = pdi_file_text(ctx, &file, pdi_paraview_line[k]);
+        if (status == PD_OK) status = pdi_file_text(ctx, &file, "\n");
+    }
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
 /* ======== >>io/csv.c ======== */
 /* csv: see csv.h */
 #include <string.h>
@@ -43985,15 +44181,8 @@ static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
     return pdi_file_text(ctx, file, "\"");
 }
 
-static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, const char *const *names, int columns)
+static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
-    for (; comment && *comment;) {
-        size_t length = strcspn(comment, "\n");
-        PDI_TRY(pdi_file_text(ctx, file, "# "));
-        PDI_TRY(pdi_file_write(ctx, file, comment, length));
-        PDI_TRY(pdi_file_text(ctx, file, "\n"));
-        comment += length + (comment[length] == '\n');
-    }
     for (int k = 0; k < columns; k++) {
         if (k) PDI_TRY(pdi_file_text(ctx, file, ","));
         PDI_TRY(pdi_csv_name(ctx, file, names[k]));
@@ -44014,13 +44203,13 @@ static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values
     return pdi_file_write(ctx, file, row, used);
 }
 
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                               const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    pd_status status = pdi_csv_head(ctx, &file, names, columns);
     for (int64_t k = 0; k < rows && status == PD_OK; k++)
         status = pdi_csv_values(ctx, &file, values + k * columns, columns);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
@@ -44028,11 +44217,11 @@ PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *commen
     return status;
 }
 
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                                int columns, pd_csv *csv)
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_csv_write(ctx, path, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -44220,9 +44409,14 @@ PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
 
 PDI_FN int pdi_table_find(const pd_table *table, const char *name)
 {
-    for (int k = 0; k < table->columns; k++)
-        if (strcmp(pdi_table_text(table, -1, k), name) == 0) return k;
-    return -1;
+    int found = -1;
+    size_t length = strlen(name);
+    for (int k = 0; k < table->columns; k++) {
+        const char *own = pdi_table_text(table, -1, k);
+        if (strcmp(own, name) == 0) return k;
+        if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
+    }
+    return found < 0 ? -1 : found;
 }
 
 PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
@@ -55717,13 +55911,29 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
-                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
-                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity",   "front_m"};
+static const char *const pdi_output_columns[] = {
+    "time [s]", "volume_loss [-]", "solid_nodes [-]", "v_max [m/s]", "C_max [mol/m3]", "ledger [-]", "flux [-]",
+    "dt [s]", "step [-]", "flow_solves [-]", "flow_evals [-]", "flow_krylov [-]", "transport_krylov [-]",
+    "limiter [-]", "momentum [-]", "continuity [-]", "front [m]"};
+enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
+
+static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wall"};
+static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
+
+/* Fields of the metal alone, which are blank elsewhere: not a number. */
+static int pdi_output_own(pd_field field) { return field >= PD_FIELD_U; }
+
+/* Unit of a label such as "C [mol/m3]" into unit[24]; NULL: it has none. */
+static const char *pdi_output_unit(pd_field field, char *unit)
+{
+    const char *open = strchr(pdi_setup_field_label(field), '[');
+    if (!open) return NULL;
+    snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
+    return unit;
+}
 
 /* Fields that are computed into an array of their own. */
 static int pdi_output_derived(pd_field field)
@@ -55739,17 +55949,21 @@ static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_output_own((pd_field)k) && m->grid.kind[i] != PD_SOLID
+                                    ? (double)NAN : pdi_sample_node(m, (pd_field)k, i);
+    for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;
     for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->structure.node[k];
-            double u = m->grid.kind[node] == PD_SOLID ? pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d] : 0.0;
-            out->displaced[(int64_t)d * m->grid.total + node] = u;
+            if (m->grid.kind[node] != PD_SOLID) continue;
+            out->displaced[(int64_t)d * m->grid.total + node] = pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d];
         }
+    for (int32_t i = 0; i < m->grid.total && out->grain; i++)
+        out->grain[i] = m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1;
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
-static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
+static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
     int count = 0;
@@ -55757,7 +55971,8 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_setup_field_label((pd_field)k);
+        f->name = pdi_setup_field_name((pd_field)k);
+        f->unit = pdi_output_unit((pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -55769,9 +55984,11 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
+            f->codes = k == PD_FIELD_KIND ? pdi_output_kinds : pdi_output_phases;
+            f->code_count = k == PD_FIELD_KIND ? 4 : 2;
         } else if (k == PD_FIELD_GRAIN) {
             f->type = PD_VTI_INT32;
-            f->data = m->grain.id;
+            f->data = out->grain;
         }
         count++;
     }
@@ -55788,9 +56005,9 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
 
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 {
-    char path[PD_PATH_SIZE];
+    char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
     pd_vti_field fields[PD_FIELD_COUNT];
-    int count = pdi_output_list(out, fields);
+    int count = pdi_output_list(out, unit, fields);
     double time = out->model->couple.time;
     if (count == 0) return PD_OK;
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
@@ -55808,21 +56025,23 @@ static double pdi_output_probe(const pd_model *m, pd_field field, int component,
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
-static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
     const pd_model *m = out->model;
     int count = 0;
     if (values) values[0] = m->couple.time;
-    if (names) memcpy(names[0], "time_s", 7);
+    if (names) snprintf(names[0], PDI_OUTPUT_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
+                const char *known = pdi_output_unit((pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
-                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                    snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
+                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
@@ -55832,22 +56051,20 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
 
 static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
     const char *list[PD_CSV_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                          list, count, &out->probes);
+    return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
-                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_csv_create(ctx, path, pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -55875,7 +56092,6 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     int k = 0;
     pdi_model_effort(out->model, &effort);
     row[k++] = c->time;
-    row[k++] = c->time / 3600.0;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
@@ -55913,6 +56129,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+        if (k == PD_FIELD_GRAIN) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->grain));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
     return PD_OK;
@@ -55938,6 +56155,10 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
     PDI_TRY(pdi_images_open(ctx, &out->images));
+    if (model->setup->fields) {
+        PDI_TRY(pdi_folder_add(ctx, folder, PD_FOLDER_SCRIPT, path));
+        PDI_TRY(pdi_paraview_write(ctx, path));
+    }
     return pdi_output_tables(ctx, out);
 }
 
@@ -56056,6 +56277,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, total, out->grain);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
     PDI_DELETE(ctx, out->time_room, out->time);
     PDI_DELETE(ctx, out->loss_room, out->loss);
@@ -56614,7 +56836,9 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_setup_field_label((pd_field)f));
+        const char *label = pdi_setup_field_label((pd_field)f);
+        snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
     return count;
 }
@@ -56741,7 +56965,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pdi_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    PDI_TRY(pdi_csv_write(ctx, path, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
     PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
@@ -56764,7 +56988,7 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_table_name(m, name);
     PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
-    return pdi_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+    return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
@@ -57277,8 +57501,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         row[3] = d->computed[p] / r->scale;
         row[4] = row[3] - row[1];
     }
-    pd_status status = pdi_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
-                                     r->points);
+    pd_status status = pdi_csv_write(ctx, path, list, 5, rows, r->points);
     PDI_DELETE(ctx, 5 * r->points, rows);
     return status;
 }
@@ -59239,7 +59462,6 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
 
 static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, pd_file *file)
 {
-    PDI_TRY(pdi_file_text(ctx, file, "# a run in each row: its values, how it ended, the figures of its result\n"));
     PDI_TRY(pdi_file_text(ctx, file, "run"));
     for (int k = 0; k < s->axes; k++) {
         PDI_TRY(pdi_file_text(ctx, file, ","));
@@ -59298,11 +59520,14 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     }
     c->rows[k] = table.rows;
     status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time", c->data[k]);
     if (status == PD_OK) status = pdi_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
     pdi_table_free(ctx, &table);
     PDI_TRY(status);
-    for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
+    for (int row = 0; row < c->rows[k]; row++) {
+        c->data[k][row] /= 3600.0;
+        c->data[k][c->rows[k] + row] *= 100.0;
+    }
     pd_sweep_label(s, index, label, sizeof label);
     snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
     c->plot.series[k].name = c->label[k];

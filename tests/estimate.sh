@@ -22,7 +22,7 @@ value() {
 
 # last NAME COLUMN: of the last row of the probes.
 last() {
-    awk -F, -v column="$2" '!/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) if ($k == column) at = k; next }
+    awk -F, -v column="$2" 'NR == 1 { for (k = 1; k <= NF; k++) if (index($k, column " [") == 1) at = k; next }
         { v = $at } END { print v }' "$dir/$1/probes.csv"
 }
 

@@ -30,7 +30,7 @@ near() {
 shows() {
     need "$1"
     found=$(awk -F, -v key="$3" -v column="$4" '
-        !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) if ($k == column) at = k; next }
+        NR == 1 { for (k = 1; k <= NF; k++) if ($k == column || index($k, column " [") == 1) at = k; next }
         $1 == key || key == "end" { value = $at }
         END { print value }' "$dir/$1/$2")
     near "$1" "$4 at $3" "$found" "$5" "$6"
@@ -49,8 +49,7 @@ reports() {
 follows() {
     need "$1"
     found=$(awk -F, -v column="$3" '
-        !/^#/ && head == "" { head = $0; for (k = 1; k <= NF; k++) { if ($k == column) at = k; if ($k == "x [m]")
-            place = k }; next }
+        NR == 1 { for (k = 1; k <= NF; k++) { if ($k == column) at = k; if ($k == "x [m]") place = k }; next }
         { x = $place; e = $at - ('"$4"'); if (e < 0) e = -e; if (e > most || most == "") most = e }
         END { print most }' "$dir/$1/$2")
     awk -v f="$found" -v t="$5" 'BEGIN { exit !(f != "" && f <= t) }'

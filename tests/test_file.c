@@ -277,8 +277,8 @@ TEST(rows_are_in_the_file_as_soon_as_they_are_written)
     pd_csv csv;
     start(&ctx);
     puts_to("run.csv", "rows of an older run\n");
-    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("run.csv"), "made by\na test", names, 3, &csv))) return;
-    CHECK_STR(content("run.csv"), "# made by\n# a test\ntime [s],volume loss [-],\"a,b \"\"c\"\"\"\n");
+    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("run.csv"), names, 3, &csv))) return;
+    CHECK_STR(content("run.csv"), "time [s],volume loss [-],\"a,b \"\"c\"\"\"\n");
     CHECK(!exists("run.csv.part"));
     double row[3] = {0.1, 1.0 / 3, -1e-30};
     CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
@@ -299,11 +299,11 @@ TEST(a_table_needs_proper_names)
     pd_ctx ctx;
     pd_csv csv;
     start(&ctx);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, twice, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, empty, 2, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, broken, 1, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), NULL, twice, 0, &csv), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_csv_create(&ctx, at("none/bad.csv"), NULL, twice, 1, &csv), PD_ERR_FILE);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), twice, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), empty, 2, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), broken, 1, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("bad.csv"), twice, 0, &csv), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_create(&ctx, at("none/bad.csv"), twice, 1, &csv), PD_ERR_FILE);
     CHECK(!exists("bad.csv") && !exists("bad.csv.part"));
 }
 
@@ -315,7 +315,7 @@ TEST(a_written_table_is_read_back)
     pd_table table;
     double row[3], column[500];
     start(&ctx);
-    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("back.csv"), NULL, names, 3, &csv))) return;
+    if (!CHECK_OK(&ctx, pdi_csv_create(&ctx, at("back.csv"), names, 3, &csv))) return;
     for (int k = 0; k < 500; k++) {
         row[0] = k / 7.0;
         row[1] = exp(k);

@@ -419,7 +419,7 @@ TEST(files_of_a_run)
     if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
         CHECK_INT(table.rows, r.steps + 1);
         CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "volume_loss", loss));
-        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "time_s", time));
+        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "time", time));
         CHECK_NEAR(loss[table.rows - 1], r.volume_loss, 0.0);
         CHECK_NEAR(loss[0], 0.0, 0.0);
         for (int k = 1; k < table.rows; k++) CHECK(time[k] > time[k - 1] && loss[k] > loss[k - 1]);

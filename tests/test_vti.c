@@ -62,6 +62,7 @@ static void describe(const sample *s, pd_vti_field *f)
                                               PD_VTI_FLOAT64};
     const void *data[FIELDS] = {s->c, s->c, s->kind, s->grain, s->v};
     for (int k = 0; k < FIELDS; k++) {
+        memset(&f[k], 0, sizeof f[k]);
         f[k].name = names[k];
         f[k].type = types[k];
         f[k].vector = k == 4;

@@ -3,7 +3,7 @@ import os
 import sys
 import xml.etree.ElementTree
 
-from vtkmodules.vtkCommonCore import vtkCommand
+from vtkmodules.vtkCommonCore import vtkCommand, vtkDataArray
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
 passed = failed = 0
@@ -47,24 +47,30 @@ def check_frame(path, dim, frame):
     check("number of cells", image.GetNumberOfCells() == count)
     time = image.GetFieldData().GetArray("TimeValue")
     check("time", time is not None and time.GetValue(0) == 6.1 * frame)
-    expected = [("C [mol/m3]", "double", 1), ("C & <half>", "float", 1), ("kind", "unsigned char", 1),
-                ("grain", "int", 1), ("v [m/s]", "double", 3)]
+    expected = [("C", "double", 1), ("C & <half>", "float", 1), ("kind", "unsigned char", 1),
+                ("grain", "int", 1), ("v", "double", 3)]
     names = [data.GetArrayName(k) for k in range(data.GetNumberOfArrays())]
     check("names", names == [name for name, _, _ in expected], str(names))
     for name, kind, components in expected:
         array = data.GetArray(name)
         check(name + " type", array.GetDataTypeAsString() == kind, array.GetDataTypeAsString())
         check(name + " shape", (array.GetNumberOfComponents(), array.GetNumberOfTuples()) == (components, count))
+    check("active", (data.GetScalars().GetName(), data.GetVectors().GetName()) == ("C", "v"))
+    units = {name: data.GetArray(name).GetInformation().Get(vtkDataArray.UNITS_LABEL()) for name in names}
+    check("units", units == {"C": "mol/m3", "C & <half>": "a<b>&", "kind": None, "grain": None, "v": "m/s"}, str(units))
+    codes = image.GetFieldData().GetAbstractArray("kind_names")
+    found = [codes.GetValue(k) for k in range(codes.GetNumberOfValues())] if codes else None
+    check("codes", found == ["none", "a < b & c", "metal"], str(found))
     wrong = dict.fromkeys(names, 0)
     for cell in range(count):
         i, j, k = cell % cells[0], cell // cells[0] % cells[1], cell // (cells[0] * cells[1])
         value = i + 100 * j + 10000 * k + 0.1 + frame
-        wrong["C [mol/m3]"] += data.GetArray("C [mol/m3]").GetValue(cell) != value
+        wrong["C"] += data.GetArray("C").GetValue(cell) != value
         wrong["C & <half>"] += abs(data.GetArray("C & <half>").GetValue(cell) - value) > 6e-8 * value
         wrong["kind"] += data.GetArray("kind").GetValue(cell) != (i + 2 * j + 3 * k) % 6
         wrong["grain"] += data.GetArray("grain").GetValue(cell) != -i - 1000 * j - 1000000 * k
         vector = tuple((d + 1) * value if d < dim else 0.0 for d in range(3))
-        wrong["v [m/s]"] += data.GetArray("v [m/s]").GetTuple(cell) != vector
+        wrong["v"] += data.GetArray("v").GetTuple(cell) != vector
     for name in names:
         check(name + " values", wrong[name] == 0, "%d of %d" % (wrong[name], count))
     # A cell is where its node lies: the centre of cell 0 is half a cell inside the box.

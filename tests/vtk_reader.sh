@@ -31,9 +31,12 @@ int main(void)
 {
     static const int cells[3] = {7, 5, 4};
     static const double spacing[3] = {5e-6, 2.5e-6, 1e-3};
-    pd_vti_field fields[5] = {{"C [mol/m3]", PD_VTI_FLOAT64, 0, c}, {"C & <half>", PD_VTI_FLOAT32, 0, c},
-                              {"kind", PD_VTI_UINT8, 0, kind}, {"grain", PD_VTI_INT32, 0, grain},
-                              {"v [m/s]", PD_VTI_FLOAT64, 1, v}};
+    static const char *const codes[3] = {"none", "a < b & c", "metal"};
+    pd_vti_field fields[5] = {{"C", PD_VTI_FLOAT64, 0, c, "mol/m3", NULL, 0},
+                              {"C & <half>", PD_VTI_FLOAT32, 0, c, "a<b>&", NULL, 0},
+                              {"kind", PD_VTI_UINT8, 0, kind, NULL, codes, 3},
+                              {"grain", PD_VTI_INT32, 0, grain, NULL, NULL, 0},
+                              {"v", PD_VTI_FLOAT64, 1, v, "m/s", NULL, 0}};
     pd_ctx ctx;
     pd_grid grid;
     pd_pvd pvd;

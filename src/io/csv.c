@@ -33,15 +33,8 @@ static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
     return pdi_file_text(ctx, file, "\"");
 }
 
-static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *comment, const char *const *names, int columns)
+static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
-    for (; comment && *comment;) {
-        size_t length = strcspn(comment, "\n");
-        PDI_TRY(pdi_file_text(ctx, file, "# "));
-        PDI_TRY(pdi_file_write(ctx, file, comment, length));
-        PDI_TRY(pdi_file_text(ctx, file, "\n"));
-        comment += length + (comment[length] == '\n');
-    }
     for (int k = 0; k < columns; k++) {
         if (k) PDI_TRY(pdi_file_text(ctx, file, ","));
         PDI_TRY(pdi_csv_name(ctx, file, names[k]));
@@ -62,13 +55,13 @@ static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values
     return pdi_file_write(ctx, file, row, used);
 }
 
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                               int columns, const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                               const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_csv_head(ctx, &file, comment, names, columns);
+    pd_status status = pdi_csv_head(ctx, &file, names, columns);
     for (int64_t k = 0; k < rows && status == PD_OK; k++)
         status = pdi_csv_values(ctx, &file, values + k * columns, columns);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
@@ -76,11 +69,11 @@ PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *commen
     return status;
 }
 
-PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *comment, const char *const *names,
-                                int columns, pd_csv *csv)
+PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_write(ctx, path, comment, names, columns, NULL, 0));
+    PDI_TRY(pdi_csv_write(ctx, path, names, columns, NULL, 0));
     PDI_TRY(pdi_file_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
@@ -268,9 +261,14 @@ PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
 
 PDI_FN int pdi_table_find(const pd_table *table, const char *name)
 {
-    for (int k = 0; k < table->columns; k++)
-        if (strcmp(pdi_table_text(table, -1, k), name) == 0) return k;
-    return -1;
+    int found = -1;
+    size_t length = strlen(name);
+    for (int k = 0; k < table->columns; k++) {
+        const char *own = pdi_table_text(table, -1, k);
+        if (strcmp(own, name) == 0) return k;
+        if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
+    }
+    return found < 0 ? -1 : found;
 }
 
 PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)

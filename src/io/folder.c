@@ -131,11 +131,12 @@ static pd_status pdi_folder_claim(pd_ctx *ctx, pd_folder *f)
 
 /* ---- the list ---- */
 
-/* What a run writes: a name without folder and with one of these endings. */
+/* What a run writes: its script, or a name without folder and with one of these endings. */
 static int pdi_folder_own(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
     size_t length = strlen(name);
+    if (strcmp(name, PD_FOLDER_SCRIPT) == 0) return 1;
     if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
     for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
         if (strcmp(name + length - 4, ends[k]) == 0) return 1;

@@ -14,6 +14,7 @@
 
 #define PD_FOLDER_LIST "pdcorr.files"
 #define PD_FOLDER_LOCK "pdcorr.lock"
+#define PD_FOLDER_SCRIPT "open_in_paraview.py" /* see paraview.h */
 
 /* Zero-initialise. */
 typedef struct pd_folder {

@@ -129,29 +129,78 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
              "  <ImageData WholeExtent=\"%s\" Origin=\"%s %s %s\" Spacing=\"%s %s %s\">\n"
              "    <FieldData>\n"
              "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">%s"
-             "</DataArray>\n"
-             "    </FieldData>\n"
-             "    <Piece Extent=\"%s\">\n"
-             "      <CellData>\n",
+             "</DataArray>\n",
              pdi_vti_byte_order(), extent, number[0], number[1], number[2], number[3], number[4], number[5],
-             number[6], extent);
+             number[6]);
+    return pdi_file_text(ctx, file, text);
+}
+
+/* A text as VTK writes lists of texts: codes of its bytes, 0 behind each. */
+static pd_status pdi_vti_codes(pd_ctx *ctx, pd_file *file, const pd_vti_field *f)
+{
+    char text[PDI_VTI_TEXT], name[256];
+    pdi_vti_escape(f->name, name, sizeof name);
+    snprintf(text, sizeof text,
+             "      <Array type=\"String\" Name=\"%s_names\" NumberOfTuples=\"%d\" format=\"ascii\">", name,
+             f->code_count);
+    PDI_TRY(pdi_file_text(ctx, file, text));
+    for (int k = 0; k < f->code_count; k++) {
+        for (const char *c = f->codes[k]; *c; c++) {
+            snprintf(text, sizeof text, "%d ", (int)(unsigned char)*c);
+            PDI_TRY(pdi_file_text(ctx, file, text));
+        }
+        PDI_TRY(pdi_file_text(ctx, file, "0 "));
+    }
+    return pdi_file_text(ctx, file, "</Array>\n");
+}
+
+/* The lists of texts, the piece, and which arrays are the active ones. */
+static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields, int count)
+{
+    char text[PDI_VTI_TEXT], name[256], active[2][256] = {"", ""};
+    int n[3] = {1, 1, 1};
+    for (int k = 0; k < count; k++) {
+        if (fields[k].codes) PDI_TRY(pdi_vti_codes(ctx, file, &fields[k]));
+        int vector = fields[k].vector != 0;
+        pdi_vti_escape(fields[k].name, name, sizeof name);
+        if (!active[vector][0]) memcpy(active[vector], name, sizeof name);
+    }
+    for (int d = 0; d < PD_DIM; d++) n[d] = grid->n[d];
+    snprintf(text, sizeof text,
+             "    </FieldData>\n"
+             "    <Piece Extent=\"0 %d 0 %d 0 %d\">\n"
+             "      <CellData%s%s%s%s%s%s>\n",
+             n[0], n[1], n[2], active[0][0] ? " Scalars=\"" : "", active[0], active[0][0] ? "\"" : "",
+             active[1][0] ? " Vectors=\"" : "", active[1], active[1][0] ? "\"" : "");
+    return pdi_file_text(ctx, file, text);
+}
+
+/* The entry of an array among the cell data. */
+static pd_status pdi_vti_entry(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
+{
+    char text[PDI_VTI_TEXT], name[256], unit[64] = "";
+    pdi_vti_escape(f->name, name, sizeof name);
+    if (f->unit && !pdi_vti_escape(f->unit, unit, sizeof unit)) unit[0] = 0;
+    snprintf(text, sizeof text,
+             "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
+             "offset=\"%.0f\"",
+             pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
+    PDI_TRY(pdi_file_text(ctx, file, text));
+    if (!unit[0]) return pdi_file_text(ctx, file, "/>\n");
+    snprintf(text, sizeof text,
+             "><InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">%s</InformationKey></DataArray>\n", unit);
     return pdi_file_text(ctx, file, text);
 }
 
 static pd_status pdi_vti_body(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
                               const pd_vti_field *fields, int count, uint8_t *row)
 {
-    char text[PDI_VTI_TEXT], name[256];
     uint64_t offset = 0;
     PDI_TRY(pdi_vti_head(ctx, file, grid, time));
+    PDI_TRY(pdi_vti_open(ctx, file, grid, fields, count));
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
-        pdi_vti_escape(f->name, name, sizeof name);
-        snprintf(text, sizeof text,
-                 "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
-                 "offset=\"%.0f\"/>\n",
-                 pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
-        PDI_TRY(pdi_file_text(ctx, file, text));
+        PDI_TRY(pdi_vti_entry(ctx, file, f, offset));
         offset += 8 + (uint64_t)pdi_vti_cells(grid) * pdi_vti_components(f) * pdi_vti_sizes[f->type];
     }
     PDI_TRY(pdi_file_text(ctx, file,

@@ -2,8 +2,8 @@
  * ParaView and VTK.
  *
  * Nodes are cell centres, so fields are cell data: the origin is the low corner of the box, the extent 0..n. Missing
- * dimensions are one cell thick. Ghosts are not written. Numbers have the byte order of the machine, and the file
- * says which.
+ * dimensions are one cell thick. Ghosts are not written. The first scalar and the first vector are the active ones.
+ * Numbers have the byte order of the machine, and the file says which.
  */
 #ifndef PD_VTI_H
 #define PD_VTI_H
@@ -20,11 +20,16 @@ typedef enum pd_vti_type {
     PD_VTI_INT32 = 3    /* int32_t in memory */
 } pd_vti_type;
 
+/* Zero-initialise. */
 typedef struct pd_vti_field {
-    const char *name; /* "C [mol/m3]" */
+    const char *name; /* "C" */
     pd_vti_type type;
     int vector;       /* 0: a scalar, data[node]; 1: PD_DIM components, data[d * total + node], padded to 3 by zeros */
     const void *data; /* over the padded lattice: total or PD_DIM * total elements */
+    const char *unit; /* "mol/m3", which VTK knows as UNITS_LABEL; NULL: none */
+    const char *const *codes; /* [code_count] what the values 0, 1, ... mean: the list NAME_names of the field data;
+                               * NULL: none */
+    int code_count;
 } pd_vti_field;
 
 /* A time series of files. Zero-initialise. */

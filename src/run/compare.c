@@ -242,8 +242,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
         row[3] = d->computed[p] / r->scale;
         row[4] = row[3] - row[1];
     }
-    pd_status status = pdi_csv_write(ctx, path, "a run against measured points; nan: not computed", list, 5, rows,
-                                     r->points);
+    pd_status status = pdi_csv_write(ctx, path, list, 5, rows, r->points);
     PDI_DELETE(ctx, 5 * r->points, rows);
     return status;
 }

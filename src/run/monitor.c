@@ -305,7 +305,9 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, pdi_setup_field_label((pd_field)f));
+        const char *label = pdi_setup_field_label((pd_field)f);
+        snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
+        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
     return count;
 }
@@ -432,7 +434,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     if (line) pdi_monitor_line_fill(all->model, m);
     else pdi_monitor_transfer_fill(all->model, m);
     PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pdi_csv_write(ctx, path, NULL, list, count, m->profile, m->rows));
+    PDI_TRY(pdi_csv_write(ctx, path, list, count, m->profile, m->rows));
     if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
     PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
@@ -455,7 +457,7 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_table_name(m, name);
     PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
-    return pdi_csv_create(ctx, path, NULL, list, m->count + 1, &m->table);
+    return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */

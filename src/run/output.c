@@ -1,19 +1,36 @@
 /* output: see output.h */
 #include "run/output.h"
 #include "io/plot.h"
+#include "io/paraview.h"
 #include "scene/read_measured.h"
 #include "run/sample.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_output_columns[] = {"time_s",       "time_h",     "volume_loss",  "solid_nodes", "v_max",
-                                                 "C_max",        "ledger",     "flux",         "dt_s",        "step",
-                                                 "flow_solves",  "flow_evals", "flow_krylov",  "transport_krylov",
-                                                 "limiter",      "momentum",   "continuity",   "front_m"};
+static const char *const pdi_output_columns[] = {
+    "time [s]", "volume_loss [-]", "solid_nodes [-]", "v_max [m/s]", "C_max [mol/m3]", "ledger [-]", "flux [-]",
+    "dt [s]", "step [-]", "flow_solves [-]", "flow_evals [-]", "flow_krylov [-]", "transport_krylov [-]",
+    "limiter [-]", "momentum [-]", "continuity [-]", "front [m]"};
+enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
 #define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
 
 /* ---- fields ---- */
+
+static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wall"};
+static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
+
+/* Fields of the metal alone, which are blank elsewhere: not a number. */
+static int pdi_output_own(pd_field field) { return field >= PD_FIELD_U; }
+
+/* Unit of a label such as "C [mol/m3]" into unit[24]; NULL: it has none. */
+static const char *pdi_output_unit(pd_field field, char *unit)
+{
+    const char *open = strchr(pdi_setup_field_label(field), '[');
+    if (!open) return NULL;
+    snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
+    return unit;
+}
 
 /* Fields that are computed into an array of their own. */
 static int pdi_output_derived(pd_field field)
@@ -29,17 +46,21 @@ static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_sample_node(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_output_own((pd_field)k) && m->grid.kind[i] != PD_SOLID
+                                    ? (double)NAN : pdi_sample_node(m, (pd_field)k, i);
+    for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;
     for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->structure.node[k];
-            double u = m->grid.kind[node] == PD_SOLID ? pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d] : 0.0;
-            out->displaced[(int64_t)d * m->grid.total + node] = u;
+            if (m->grid.kind[node] != PD_SOLID) continue;
+            out->displaced[(int64_t)d * m->grid.total + node] = pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d];
         }
+    for (int32_t i = 0; i < m->grid.total && out->grain; i++)
+        out->grain[i] = m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1;
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
-static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
+static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
     int count = 0;
@@ -47,7 +68,8 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_setup_field_label((pd_field)k);
+        f->name = pdi_setup_field_name((pd_field)k);
+        f->unit = pdi_output_unit((pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -59,9 +81,11 @@ static int pdi_output_list(const pd_output *out, pd_vti_field *fields)
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
+            f->codes = k == PD_FIELD_KIND ? pdi_output_kinds : pdi_output_phases;
+            f->code_count = k == PD_FIELD_KIND ? 4 : 2;
         } else if (k == PD_FIELD_GRAIN) {
             f->type = PD_VTI_INT32;
-            f->data = m->grain.id;
+            f->data = out->grain;
         }
         count++;
     }
@@ -78,9 +102,9 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
 
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 {
-    char path[PD_PATH_SIZE];
+    char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
     pd_vti_field fields[PD_FIELD_COUNT];
-    int count = pdi_output_list(out, fields);
+    int count = pdi_output_list(out, unit, fields);
     double time = out->model->couple.time;
     if (count == 0) return PD_OK;
     PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
@@ -98,21 +122,23 @@ static double pdi_output_probe(const pd_model *m, pd_field field, int component,
 }
 
 /* Columns of the probes: one for each field, v with PD_DIM components. */
-static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME], double *values, int room)
+static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
     const pd_model *m = out->model;
     int count = 0;
     if (values) values[0] = m->couple.time;
-    if (names) memcpy(names[0], "time_s", 7);
+    if (names) snprintf(names[0], PDI_OUTPUT_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
+                char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
+                const char *known = pdi_output_unit((pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PD_SETUP_NAME, f == PD_FIELD_V ? "%.40s_%.12s%c" : "%.40s_%.12s", p->name,
-                             pdi_setup_field_name((pd_field)f), "xyz"[d]);
+                    snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
+                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
             }
@@ -122,22 +148,20 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PD_SETUP_NAME
 
 static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PD_SETUP_NAME], path[PD_PATH_SIZE];
+    char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
     const char *list[PD_CSV_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
     int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
-    return pdi_csv_create(ctx, path, "SI units; flow and concentration at the probe, other fields of its cell",
-                          list, count, &out->probes);
+    return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_create(ctx, path, "SI units; ledger, flux, momentum and continuity are relative",
-                           pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_csv_create(ctx, path, pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     return pdi_output_probe_table(ctx, out);
 }
 
@@ -165,7 +189,6 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     int k = 0;
     pdi_model_effort(out->model, &effort);
     row[k++] = c->time;
-    row[k++] = c->time / 3600.0;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
@@ -203,6 +226,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
         if (!((m->setup->fields >> k) & 1u)) continue;
         if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
+        if (k == PD_FIELD_GRAIN) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->grain));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
     }
     return PD_OK;
@@ -228,6 +252,10 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
     PDI_TRY(pdi_images_open(ctx, &out->images));
+    if (model->setup->fields) {
+        PDI_TRY(pdi_folder_add(ctx, folder, PD_FOLDER_SCRIPT, path));
+        PDI_TRY(pdi_paraview_write(ctx, path));
+    }
     return pdi_output_tables(ctx, out);
 }
 
@@ -346,6 +374,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
+    PDI_DELETE(ctx, total, out->grain);
     PDI_DELETE(ctx, (int64_t)PD_DIM * total, out->displaced);
     PDI_DELETE(ctx, out->time_room, out->time);
     PDI_DELETE(ctx, out->loss_room, out->loss);

@@ -1,6 +1,6 @@
 /* output: the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *
- *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView
+ *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView; open_in_paraview.py
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
  *   volume_loss.png                         at the end
@@ -25,6 +25,7 @@ typedef struct pd_output {
     double written;           /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
+    int32_t *grain;           /* [total] -1: not in the metal */
     double *displaced;        /* [PD_DIM][total] [m] */
     pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */

@@ -371,7 +371,6 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
 
 static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, pd_file *file)
 {
-    PDI_TRY(pdi_file_text(ctx, file, "# a run in each row: its values, how it ended, the figures of its result\n"));
     PDI_TRY(pdi_file_text(ctx, file, "run"));
     for (int k = 0; k < s->axes; k++) {
         PDI_TRY(pdi_file_text(ctx, file, ","));
@@ -430,11 +429,14 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     }
     c->rows[k] = table.rows;
     status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
-    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time_h", c->data[k]);
+    if (status == PD_OK) status = pdi_table_column(ctx, &table, "time", c->data[k]);
     if (status == PD_OK) status = pdi_table_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
     pdi_table_free(ctx, &table);
     PDI_TRY(status);
-    for (int row = 0; row < c->rows[k]; row++) c->data[k][c->rows[k] + row] *= 100.0;
+    for (int row = 0; row < c->rows[k]; row++) {
+        c->data[k][row] /= 3600.0;
+        c->data[k][c->rows[k] + row] *= 100.0;
+    }
     pd_sweep_label(s, index, label, sizeof label);
     snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
     c->plot.series[k].name = c->label[k];

@@ -19,6 +19,7 @@ PD_EXPR_VARS = 32
 PD_FIT_TEXT = 160
 PD_FOLDER_LIST = 'pdcorr.files'
 PD_FOLDER_LOCK = 'pdcorr.lock'
+PD_FOLDER_SCRIPT = 'open_in_paraview.py'
 PD_FOOTPRINT_ERROR = 0.2
 PD_FORCE_ALL = -1
 PD_FORCE_SIDES = -2
@@ -2270,6 +2271,9 @@ def declare(dim):
         ('type', c_int),
         ('vector', c_int),
         ('data', c_void_p),
+        ('unit', c_char_p),
+        ('codes', POINTER(c_char_p)),
+        ('code_count', c_int),
     ]
 
     class pd_pvd(Structure):
@@ -2903,6 +2907,7 @@ def declare(dim):
         ('written', c_double),
         ('scalar', POINTER(c_double) * 23),
         ('phase', POINTER(c_uint8)),
+        ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
         ('images', pd_images),
         ('time', POINTER(c_double)),
