@@ -344,7 +344,7 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     plot.series[0].count = 2;
     pd_status status = pd_plot_write(ctx, path_of("out/a.png"), &plot);
     if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
-    if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), "a", names, 2, values, 2);
+    if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), names, 2, values, 2);
     if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
     if (status == PD_OK) status = pdi_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
     for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));

@@ -11,7 +11,7 @@ const SLICE = 300; // [ms] a run hears the page at least so often, as far as ste
 const BUILD_SHARE = 12; // a slice is longer than its building so many times
 const SHOW_EVERY = 150; // [ms] between fields
 const FOLDER = 'run';
-const OWN = /\.part$|^checkpoint\.bin$|^pdcorr\.lock$/; // files that are not for the user
+const OWN = /\.part$|^(checkpoint|pictures)\.bin$|^pdcorr\.lock$/; // files that are not for the user
 
 const files = new Files();
 const engines = new Map(); // of the dimensions
