@@ -17022,6 +17022,8 @@ PDI_FN void pdi_smoother_lines(const pd_ctx *ctx, const pd_smoother_level *level
 #define PDI_COARSEN_HELD 0.05f
 #define PDI_COARSEN_PAIRS 4
 #define PDI_COARSEN_LEFT 0.3f
+/* Entries of a coarse row that are looked through one by one; rows with more are found by marks, on one thread. */
+#define PDI_COARSEN_FEW 64
 /* No cell, and one that has not been joined to another. */
 #define PDI_COARSEN_NONE (-1)
 #define PDI_COARSEN_ROOT (-2)
@@ -17365,14 +17367,25 @@ static int pdi_coarsen_parted(const pd_smoother_level *level, const pd_smoother_
     return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
 }
 
+/* Where q stands among the entries start to end of a row; end: it is new. mark: of the last place of each cell; without
+ * it the entries are looked through. */
+static inline int32_t pdi_coarsen_find(const int32_t *mark, const int32_t *entry, int32_t start, int32_t end, int32_t q)
+{
+    if (mark) return mark[q] < start || mark[q] >= end ? end : mark[q];
+    int32_t at = start;
+    while (at < end && entry[at - start] != q) at++;
+    return at;
+}
+
 /* Row p of the coarse links, found through the children: conductances of the faces are summed and reduced as the
  * distance of the centres grows; flows are summed and taken upwind anew. What goes to cells that take no part is
  * summed in r, and what comes from them in x, until the diagonal is found.
- * fill 0: only count. Returns the end of the row. */
-static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *level, pd_smoother_level *coarse,
-                               int32_t p, int32_t start, int fill)
+ * fill 0: only count. mark NULL: the row has PDI_COARSEN_FEW entries at most. Returns the end of the row; below the
+ * start when there are more. */
+static int32_t pdi_coarsen_row(const pd_smoother_level *level, pd_smoother_level *coarse, int32_t p, int32_t start,
+                               int fill, int32_t *mark)
 {
-    int32_t end = start, *mark = how->mark;
+    int32_t seen[PDI_COARSEN_FEW], *entry = fill ? coarse->col + start : seen, end = start;
     pdi_coarsen_link link;
     for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) {
         int32_t c = coarse->child[j];
@@ -17387,15 +17400,19 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
                 coarse->x[p] += fill ? link.a : 0.0f;
                 continue;
             }
-            int fresh = mark[q] < start || mark[q] >= end;
-            if (fresh) mark[q] = end++;
-            if (!fill) continue;
-            int32_t at = mark[q];
-            if (fresh) {
-                coarse->col[at] = q;
-                coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
-                coarse->a[at] = coarse->back[at] = 0.0f;
+            int32_t at = pdi_coarsen_find(mark, entry, start, end, q);
+            if (at == end) {
+                if (!mark && end - start == PDI_COARSEN_FEW) return start - 1;
+                if (mark) mark[q] = at;
+                else entry[at - start] = q;
+                end++;
+                if (fill) {
+                    coarse->col[at] = q;
+                    coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
+                    coarse->a[at] = coarse->back[at] = 0.0f;
+                }
             }
+            if (!fill) continue;
             /* the smaller coefficient is the conductance, the difference the flow out of p */
             coarse->a[at] += fminf(link.a, link.back) * pdi_coarsen_link_factor(level, coarse, i, &link);
             coarse->back[at] += link.back - link.a;
@@ -17409,19 +17426,36 @@ static int32_t pdi_coarsen_row(const pdi_coarsen *how, const pd_smoother_level *
     return end;
 }
 
+/* The rows of few entries, from row[p] on; fill 0: how many they have into row[p + 1], -1: more than few. The share of
+ * one thread. */
+static void pdi_coarsen_rows(const pd_smoother_level *level, pd_smoother_level *coarse, int fill)
+{
+    PDI_FOR
+    for (int32_t p = 0; p < coarse->cells; p++) {
+        if (!fill) coarse->row[p + 1] = pdi_coarsen_row(level, coarse, p, 0, 0, NULL);
+        else if (coarse->row[p + 1] - coarse->row[p] <= PDI_COARSEN_FEW)
+            pdi_coarsen_row(level, coarse, p, coarse->row[p], 1, NULL);
+    }
+}
+
 static pd_status pdi_coarsen_links(pd_ctx *ctx, const pdi_coarsen *how, const pd_smoother_level *level,
                                    pd_smoother_level *coarse)
 {
+    int32_t *row = coarse->row, *mark = how->mark;
+    int nt = pdi_par_threads(ctx, 6 * (int64_t)level->cells);
     for (int32_t p = 0; p < coarse->cells; p++) {
-        how->mark[p] = -1;
+        mark[p] = -1;
         coarse->r[p] = coarse->x[p] = 0.0f;
     }
-    coarse->row[0] = 0;
+    PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 0));
+    row[0] = 0;
     for (int32_t p = 0; p < coarse->cells; p++)
-        coarse->row[p + 1] = pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 0);
-    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, coarse->row[coarse->cells]));
-    for (int32_t p = 0; p < coarse->cells; p++) how->mark[p] = -1;
-    for (int32_t p = 0; p < coarse->cells; p++) pdi_coarsen_row(how, level, coarse, p, coarse->row[p], 1);
+        row[p + 1] = row[p + 1] < 0 ? pdi_coarsen_row(level, coarse, p, row[p], 0, mark) : row[p] + row[p + 1];
+    PDI_TRY(pdi_coarsen_reserve_links(ctx, coarse, row[coarse->cells]));
+    PDI_SHARE(nt, pdi_coarsen_rows(level, coarse, 1));
+    for (int32_t p = 0; p < coarse->cells; p++) mark[p] = -1;
+    for (int32_t p = 0; p < coarse->cells; p++)
+        if (row[p + 1] - row[p] > PDI_COARSEN_FEW) pdi_coarsen_row(level, coarse, p, row[p], 1, mark);
     return PD_OK;
 }
 
