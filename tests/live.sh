@@ -70,7 +70,7 @@ check "it is listed once, too" [ "$(grep -c '^volume_loss.png' "$dir/live/pdcorr
 # A run that is killed in its middle leaves a whole curve, and one without --live none.
 for live in --live ""; do
     # shellcheck disable=SC2086
-    pd --out "$dir/killed$live" $live --quiet "run.max_step=10 s" > "$dir/log" 2>&1 &
+    "$programs/pd2d" "$dir/pin.scene" --out "$dir/killed$live" $live --quiet "run.max_step=2 s" > "$dir/log" 2>&1 &
     child=$!
     while kill -0 $child 2> /dev/null && [ ! -e "$(echo "$dir/killed$live"/C_000002_*.png)" ]; do sleep 0.02; done
     kill -KILL $child 2> /dev/null
