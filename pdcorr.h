@@ -8301,6 +8301,7 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *
  *   key      value                                      variables
  *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m], grain: its number, a whole one
+ *   rate.steel304  the same of one of several metals, by its material
  *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
  *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts
@@ -8992,6 +8993,8 @@ PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields);
  * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
  * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* What a probe shows: the same, and 0 in the metal where only fluid has a value. */
+PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x);
 /* 1 when x touches a cell of solid, or fluid nodes give the value there. */
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 #endif
@@ -9089,7 +9092,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
  *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView; open_in_paraview.py
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
- *   volume_loss.png                         at the end
+ *   volume_loss.png                         at the end, `live`: with each picture
  *   latest_C.png                            `live`: the last picture
  *
  * Everything is written aside and renamed; the tables grow row by row.
@@ -9111,6 +9114,7 @@ typedef struct pd_output {
     pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, time_room, loss_room;
+    int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
 } pd_output;
 
 #ifdef PDI_INTERNAL
@@ -9240,8 +9244,9 @@ typedef struct pd_figures {
 #define pd_figures_free PD_NAME(pd_figures_free)
 
 #ifdef PDI_INTERNAL
-/* Append the present figures; the monitors hold those of the last step. all: 1: with the fields of single cells at
- * probes, too. Zero-initialise `figures`. */
+/* Append the present figures; the monitors hold those of the last step. all: 1: of probes all that their table has: the
+ * fields of single cells, too, and 0 in the metal where only fluid has a value, which is NaN else. Zero-initialise
+ * `figures`. */
 PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
                                      pd_figures *figures);
 #endif
@@ -9392,8 +9397,8 @@ typedef struct pd_run_desc {
     pd_instant_fn observe;   /* called at the start, after every step and at the end, see instant.h; may stop the run.
                               * NULL: none */
     void *observe_user;
-    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, whole at any
-                              * moment */
+    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
+                              * of the volume loss goes as far; both whole at any moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
@@ -49428,16 +49433,28 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
     return PD_OK;
 }
 
+/* The expression of the law of a metal: "rate", or "rate.NAME" of one of several. */
+static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
+{
+    int metal = u->metals == 1 && !key[4] ? 0 : -1;
+    if (!u->has_dissolve) return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode]");
+    for (int k = 0; k < u->metals && key[4]; k++)
+        if (u->metal[k].material.name && strcmp(u->metal[k].material.name, key + 5) == 0) metal = k;
+    if (metal < 0)
+        return pdi_setup_no_function(ctx, key, key[4] ? "no solid is of that material"
+                                                      : "there are several metals, expected rate.NAME for one of them");
+    if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
+        return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
+    u->metal[metal].rate_scale = 1.0;
+    *expr = &u->metal[metal].rate;
+    return PD_OK;
+}
+
 pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
     pd_expr *expr = NULL;
-    if (strcmp(key, "rate") == 0) {
-        if (!u->has_dissolve || u->metals != 1)
-            return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
-        if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
-            return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
-        u->metal[0].rate_scale = 1.0;
-        expr = &u->metal[0].rate;
+    if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
+        PDI_TRY(pdi_setup_law_function(ctx, u, key, uses, &expr));
     } else if (strcmp(key, "initial") == 0) {
         if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
         expr = &u->initial;
@@ -55218,6 +55235,12 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
 
+PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
+{
+    double value = pdi_sample_point(m, field, component, x);
+    return value == value ? value : 0.0;
+}
+
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];
@@ -56051,13 +56074,6 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-/* A probe in the metal shows 0 where only fluid has a value. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
-{
-    double value = pdi_sample_point(m, field, component, at);
-    return value == value ? value : 0.0;
-}
-
 /* Columns of the probes: one for each field, v with PD_DIM components. */
 static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
@@ -56077,7 +56093,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
                     snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
                              pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
-                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
+                values[count] = pdi_sample_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -56169,6 +56185,23 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     return PD_OK;
 }
 
+static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
+
+/* Curves that the list of a folder whose run goes on has: others of that run are gone. */
+static pd_status pdi_output_find_curves(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    pd_ctx quiet = *ctx;
+    pd_file file;
+    for (int k = 0; k < 2; k++) {
+        PDI_TRY(pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path));
+        if (pdi_file_open(&quiet, path, &file) != PD_OK) continue;
+        pdi_file_abandon(&file);
+        out->curve[k] = 1;
+    }
+    return PD_OK;
+}
+
 /* All but the tables. */
 static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
@@ -56227,23 +56260,12 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, archive));
+    PDI_TRY(pdi_output_find_curves(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
     PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
     PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
     return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
-}
-
-PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
-{
-    double time = out->model->couple.time;
-    if (out->written >= time) return PD_OK;
-    pdi_output_fill(ctx, out);
-    PDI_TRY(pdi_output_vti(ctx, out));
-    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
-    out->written = time;
-    out->frame++;
-    return PD_OK;
 }
 
 /* Measured losses beside the curve, as many as the plot has room for. work [3 points of all records] */
@@ -56258,39 +56280,54 @@ static void pdi_output_measured(const pd_output *out, double unit, double last, 
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
+/* The curve of the volume loss so far. */
 static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;
     char path[PD_PATH_SIZE];
     double *work = NULL;
-    int64_t points = 1;
+    int64_t points = 2 * out->rows;
     pd_plot plot;
     if (!u->has_dissolve || out->rows < 2) return PD_OK;
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
-    memset(&plot, 0, sizeof plot);
+    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
+    PDI_TRY(PDI_NEW(ctx, "output", points, work));
     for (int64_t k = 0; k < out->rows; k++) {
-        out->loss[k] *= 100.0;
-        if (brief) out->time[k] *= 3600.0;
+        work[k] = brief ? 3600.0 * out->time[k] : out->time[k];
+        work[out->rows + k] = 100.0 * out->loss[k];
     }
+    memset(&plot, 0, sizeof plot);
     plot.title = u->name;
     plot.x_label = brief ? "t [s]" : "t [h]";
     plot.y_label = "volume loss [%]";
     plot.count = 1;
-    plot.series[0].x = out->time;
-    plot.series[0].y = out->loss;
+    plot.series[0].x = work;
+    plot.series[0].y = work + out->rows;
     plot.series[0].count = (int)out->rows;
-    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(PDI_NEW(ctx, "output", points, work));
-    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
+    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work + 2 * out->rows, &plot);
     pd_status status = PD_OK;
     for (int k = 0; k < 2 && status == PD_OK; k++) {
         if (!((u->drawing.formats ? u->drawing.formats : 1u) >> k & 1u)) continue;
-        status = pdi_folder_add(ctx, out->folder, k ? "volume_loss.svg" : "volume_loss.png", path);
+        status = out->curve[k] ? pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path)
+                               : pdi_folder_add(ctx, out->folder, pdi_output_curves[k], path);
+        if (status == PD_OK) out->curve[k] = 1;
         if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
     }
     PDI_DELETE(ctx, points, work);
     return status;
+}
+
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
+{
+    double time = out->model->couple.time;
+    if (out->written >= time) return PD_OK;
+    pdi_output_fill(ctx, out);
+    PDI_TRY(pdi_output_vti(ctx, out));
+    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
+    out->written = time;
+    out->frame++;
+    return out->images.live ? pdi_output_loss(ctx, out) : PD_OK;
 }
 
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
@@ -57234,14 +57271,15 @@ static void pdi_figures_unit(const char *label, char unit[16])
 }
 
 static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_field field,
-                                   pd_figures *f)
+                                   int all, pd_figures *f)
 {
     char key[24], unit[16];
+    double (*sample)(const pd_model *, pd_field, int, const double *) = all ? pdi_sample_probe : pdi_sample_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
     pdi_figures_unit(pdi_setup_field_label(field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
         snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
-        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));
+        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
     }
     return PD_OK;
 }
@@ -57249,9 +57287,9 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
 {
     static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], f));
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], all, f));
     for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
-        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, f));
+        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, 1, f));
     return PD_OK;
 }
 

@@ -10,6 +10,7 @@ cat > "$dir/pin.scene" << 'END'
 [run]       until = 4 h
 [output]    every = 1 h   fields = C, kind   images = C
 [probe a]   at = 150 um, 50 um   fields = C, kind
+[probe m]   at = 50 um, 50 um    fields = C
 [total all]
 [plane p]   at = x 170 um
 END
@@ -42,6 +43,9 @@ for name, values in total.items(): same("total.all." + name, values)
 plane.pop("time [s]")
 for name, values in plane.items(): same("plane.p." + name, values)
 assert max(rows["probe.a.C [mol/m3]"]) > 0 and set(rows["probe.a.kind [-]"]) == {1.0}
+same("probe.m.C [mol/m3]", [0.0] * len(rows["time [s]"]))  # metal, as in the table
+same("probe.m.C [mol/m3]", table(folder + "/csv/probes.csv")["m_C [mol/m3]"])
+same("probe.a.C [mol/m3]", table(folder + "/csv/probes.csv")["a_C [mol/m3]"])
 dt = rows["dt [s]"]
 assert all(abs(b - a - d) <= 1e-9 * b for a, b, d in zip(rows["time [s]"], rows["time [s]"][1:], dt[1:]))
 END
@@ -61,6 +65,21 @@ verdict "--live"
 check "latest_C.png is the last picture" cmp -s "$dir/live/latest_C.png" "$(ls "$dir/live"/C_*.png | tail -n 1)"
 check "it is listed once" [ "$(grep -c '^latest_C.png' "$dir/live/pdcorr.files")" = 1 ]
 check "nothing is left of writing it" [ ! -e "$dir/live/latest_C.png.part" ]
+check "the curve of the loss is that of the run without it" cmp "$dir/live/volume_loss.png" "$dir/plain/volume_loss.png"
+check "it is listed once, too" [ "$(grep -c '^volume_loss.png' "$dir/live/pdcorr.files")" = 1 ]
+# A run that is killed in its middle leaves a whole curve, and one without --live none.
+for live in --live ""; do
+    # shellcheck disable=SC2086
+    "$programs/pd2d" "$dir/pin.scene" --out "$dir/killed$live" $live --quiet "run.max_step=2 s" > "$dir/log" 2>&1 &
+    child=$!
+    while kill -0 $child 2> /dev/null && [ ! -e "$(echo "$dir/killed$live"/C_000002_*.png)" ]; do sleep 0.02; done
+    kill -KILL $child 2> /dev/null
+    wait $child 2> /dev/null
+done
+check "--live: the curve is there, whole, in the middle of a run" \
+    [ "$(tail -c 8 "$dir/killed--live/volume_loss.png" | head -c 4)" = IEND ]
+check "the run was not at its end" [ ! -e "$(echo "$dir/killed--live"/C_000004_*.png)" ]
+check "without --live there is none" [ ! -e "$dir/killed/volume_loss.png" ]
 pd --out "$dir/live" --quiet > "$dir/log" 2>&1
 check "the next run removes it" [ ! -e "$dir/live/latest_C.png" ]
 

@@ -352,7 +352,7 @@ TEST(functions_that_are_refused)
     pd_setup_free(&ctx, &setup);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "still", still, NULL, 0, &setup))) return;
     CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law, NULL, 1), PD_ERR_ARGUMENT);
-    CHECK_STR(ctx.message, "setup: a function for 'rate': expected [dissolve] or [corrode] of one metal");
+    CHECK_STR(ctx.message, "setup: a function for 'rate': expected [dissolve] or [corrode]");
     CHECK_OK(&ctx, pd_setup_function(&ctx, &setup, "initial", entering, NULL, 2));
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);

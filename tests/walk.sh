@@ -1,7 +1,8 @@
 #!/bin/sh
 # slow: yes
 # The way of a new user, by what the pages say: the commands of the tutorials and what they promise, figures and laws in
-# Python, and the first change of CONTRIBUTING in a fresh clone. What uses installed files is in tests/install.sh.
+# Python, and the first change of CONTRIBUTING in a fresh clone. What uses installed files is in tests/install.sh, the
+# tutorial of the page for browsers is walked in tests/web.py.
 . tests/lib/script.sh
 walk=$dir/walk
 mkdir -p "$walk"
@@ -45,6 +46,7 @@ done
 if [ "$python" ]; then
     block docs/tutorials/python.md 1 python > "$walk/figure.py"
     block docs/tutorials/python.md 2 python > "$walk/law.py"
+    block docs/tutorials/python.md 3 python > "$walk/study.py"
     export PDCORR_LIBRARY="$build/check" PYTHONDONTWRITEBYTECODE=1 MPLBACKEND=Agg
     export PYTHONPATH="$root/drivers/python${PYTHONPATH:+:$PYTHONPATH}"
     (cd "$walk" && $python figure.py) > "$dir/log" 2>&1
@@ -55,6 +57,11 @@ if [ "$python" ]; then
     awk '{ lost[NR] = $(NF - 7); if ($NF + 0 > 1e-12 || $NF + 0 < -1e-12) wrong = 1 }
         END { exit wrong || NR != 2 || !(lost[2] > 0 && lost[2] < lost[1]) }' "$dir/log"
     verdict "Python: less is lost with a film, and amounts balance"
+    (cd "$walk" && $python study.py) > "$dir/log" 2>&1
+    verdict "Python: a fit and a sweep"
+    awk '/^v = / { v = $3 } / m\/s: / { lost[++runs] = $3 }
+        END { exit !(v > 1 && v < 2.2 && runs == 3 && lost[1] < lost[2] && lost[2] < lost[3]) }' "$dir/log"
+    verdict "Python: a speed of the wire, and more is lost in a faster stream"
 else
     echo "skipped: numpy or matplotlib for Python is not installed: the tutorial in Python"
     skipped=$((skipped + 1))

@@ -22,7 +22,7 @@ PROJECT = {"contributing.md": ".github/CONTRIBUTING.md", "conduct.md": ".github/
 GENERATED = ("keys.md", "api.md", "gallery.md")
 CONTENTS = [
     ("Begin", ["tutorials/wire", "tutorials/pit", "tutorials/crevice", "tutorials/crack", "tutorials/python",
-               "tutorials/program", "gallery"]),
+               "tutorials/browser", "tutorials/program", "gallery"]),
     ("Use", ["guide", "keys", "api"]),
     ("Understand", ["theory", "cracks", "crevice", "decisions", "architecture", "constants"]),
     ("Reports", ["validation", "performance", "stability", "Validation, all figures <details/validation>",

@@ -7,6 +7,7 @@ import shlex
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import threading
 import time
@@ -373,6 +374,23 @@ class Functions(unittest.TestCase):
             sim.run_to(20 * HOUR)
             self.assertAlmostEqual(sim.volume_loss, 0.05, delta=0.03)
 
+    def test_laws_of_several_metals(self):
+        # two plates with fluid between them, each of which recedes by its own law of time and place
+        other = "[shape b] box = 300 um .. 400 um  kind = solid  material = steel304\n[side x+] flow = mirror\n"
+        scene = PLATE.replace("[side x-]", f"{other}[side x-]")
+        laws = {"rate.mg4ag": lambda t, x: 2 * UM / HOUR * (t / (10 * HOUR)), "rate.steel304": lambda x: 1 * UM / HOUR}
+        with pdcorr.Sim(scene, functions=laws) as sim:
+            density = sim.field("density").copy()
+            sim.run_to(20 * HOUR)
+            gone = (density - sim.field("density")) * sim.h[0]
+            at = sim.axes[0]
+            self.assertAlmostEqual(gone[at < 250 * UM].sum() / density[0], 40 * UM, delta=0.5 * UM)
+            self.assertAlmostEqual(gone[at > 250 * UM].sum() / density[-1], 20 * UM, delta=0.5 * UM)
+            self.assertLess(sim.imbalance, 1e-12)
+        for key, message in (("rate", "several metals, expected rate.NAME"), ("rate.zinc", "no solid is of that")):
+            with self.assertRaisesRegex(pdcorr.Error, message):
+                pdcorr.Sim(scene, functions={key: lambda: 1e-10})
+
     def test_what_enters_and_what_is_held(self):
         scene = PIN.replace("kind = solid   material = mg4ag", "kind = wall").replace("[dissolve]", "#")
         for old, new in (("1e-9 m2/s", "1e-9 m2/s  time = steady"), ("until = 4 h", ""), ("every = 1 h", "")):
@@ -430,6 +448,7 @@ class Functions(unittest.TestCase):
                 ("rate", lambda *a: 1.0, ValueError, "found parameters"), ("rate", 3, TypeError, "found int"),
                 ("initial", lambda t: 1.0, ValueError, "expected some of x, y"),
                 ("rat", lambda: 1.0, pdcorr.Error, "expected rate, initial, or a side"),
+                ("rate.steel304", lambda: 1.0, pdcorr.Error, "no solid is of that material"),
                 ("x+.C", lambda: 1.0, pdcorr.Error, "expected an inlet, or a wall"),
                 ("x-.vx", lambda: 1.0, pdcorr.Error, "profile = expression"),
                 ("y-.mean", lambda: 1.0, pdcorr.Error, "expected an inlet"),
@@ -449,6 +468,184 @@ class Functions(unittest.TestCase):
         sim = pdcorr.Sim(PIN, functions={"rate": rate})
         with self.assertRaisesRegex(pdcorr.Error, "a call within a call"):
             sim.step()
+
+
+class Studies(unittest.TestCase):
+    """Many runs of one scene."""
+
+    # The loss of a plate that recedes at v is v t/L: a straight line through the points.
+    POINTS = """hours,lost,sd
+5,7.7,0.5
+10,14.6,0.5
+15,22.8,0.5
+20,29.7,0.5
+"""
+    TO = "  time = hours in h  value = lost in %  spread = sd in %"
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.scene = self.folder / "plate.scene"
+        self.scene.write_text(PLATE.replace("[dissolve]", "[constants] v = 2 um/h\n[dissolve]").replace("3 um/h", "v")
+                              + "[measured points] file = points.csv" + self.TO + "\n", encoding="utf-8")
+        (self.folder / "points.csv").write_text(self.POINTS, encoding="utf-8")
+
+    def test_a_fit_is_the_regression(self):
+        table = pdcorr.read_table(self.folder / "points.csv")
+        t, lost, sd = table["hours"], table["lost"] / 100, table["sd"] / 100
+        v = 200 * (t * lost).sum() / (t * t).sum()  # [um/h] least squares of lost = v t/(200 um)
+        error = 200 * sd[0] / np.sqrt((t * t).sum())
+        said = []
+        found = pdcorr.fit(self.scene, {"constants.v": (1, 5, "um/h")}, progress=said.append)
+        parameter = found["constants.v"]
+        self.assertAlmostEqual(parameter.value, v, delta=2e-3 * v)
+        self.assertAlmostEqual(parameter.error, error, delta=0.05 * error)
+        self.assertLess(parameter.interval[0], v - error)
+        self.assertGreater(parameter.interval[1], v + error)
+        self.assertEqual((parameter.unit, parameter.range, parameter.bound), ("um/h", (1.0, 5.0), 0))
+        self.assertEqual((found.points, found.freedom, found.figure, found.unit), (4, 3, "volume_loss", "%"))
+        rest = (v * t / 200 - lost) / sd
+        self.assertAlmostEqual(found.sum, (rest**2).sum(), delta=0.02 * (rest**2).sum())
+        np.testing.assert_array_equal(found.correlation, [[1.0]])
+        self.assertTrue(found.converged and said and found.line.startswith("result case=plate fit="))
+        with pdcorr.Sim(self.scene, found.overrides) as sim:
+            sim.run_to(10 * HOUR)
+            self.assertAlmostEqual(sim.volume_loss, parameter.value * 10 / 200, delta=1e-6)
+        bound = pdcorr.fit(self.scene, {"constants.v": "1..2 um/h"}, one_lattice=True)["constants.v"]
+        self.assertEqual((bound.value, bound.bound), (2.0, 1))
+        self.assertTrue(np.isnan(bound.error))
+
+    def test_a_fit_to_points_of_the_caller(self):
+        path = self.folder / "others.csv"
+        path.write_text("hours,lost,sd\n10,20,1\n20,40,1\n", encoding="utf-8")
+        found = pdcorr.fit(self.scene, {"constants.v": "1..9 um/h"}, to=f"{path}{self.TO}")
+        self.assertAlmostEqual(found["constants.v"].value, 4.0, delta=0.01)
+
+    def test_fits_that_are_refused(self):
+        for ranges, kind, message in (
+                ({}, pdcorr.Error, "found 0 parameters"), ({"constants.w": "1..2"}, pdcorr.Error, "constants.w|'w'"),
+                ({"constants.v": "1"}, pdcorr.Error, "expected KEY=LOW..HIGH"),
+                ({"constants.v": 3}, TypeError, "found 3"),
+                ({"constants.v": (2, 1, "um/h")}, pdcorr.Error, "low bound below the high one"),
+                ({"constants.v": (1, 2, "kg")}, pdcorr.Error, "kg|dimension")):
+            with self.assertRaisesRegex(kind, message):
+                pdcorr.fit(self.scene, ranges)
+        with self.assertRaisesRegex(ValueError, "path of a scene file"):
+            pdcorr.fit(PLATE, {"constants.v": "1..2 um/h"})
+        with self.assertRaisesRegex(RuntimeError, "shown"):
+            def show(_text):
+                raise RuntimeError("shown")
+            pdcorr.fit(self.scene, {"constants.v": "1..5 um/h"}, progress=show)
+        with self.assertRaises(KeyError):
+            pdcorr.fit(self.scene, {"constants.v": "1..5 um/h"}, one_lattice=True)["constants.w"]
+
+    def test_a_sweep(self):
+        said = []
+        found = pdcorr.sweep(self.scene, {"constants.v": "1, 2, 4 um/h", "h": ["5 um", "10 um"]}, {"until": "10 h"},
+                             out=self.folder / "out", progress=said.append)
+        self.assertEqual((found.name, found.shape, len(found.runs)), ("plate", (3, 2), 6))
+        np.testing.assert_array_equal(found["constants.v"], [1, 1, 2, 2, 4, 4])
+        np.testing.assert_allclose(found["volume_loss"], found["constants.v"] * 10 / 200, atol=1e-9)
+        self.assertEqual(list(found["h"]), ["5 um", "10 um"] * 3)
+        self.assertEqual([run.status for run in found.runs], ["done"] * 6)
+        self.assertEqual(sum(text.endswith(": done") for text in said), 6)
+        self.assertTrue((found.folder / "sweep.png").exists())
+        for run in found.runs:
+            loss = pdcorr.read_table(run.folder / "diagnostics.csv")["volume_loss"][-1]
+            self.assertAlmostEqual(run.figures["volume_loss"], loss, delta=1e-9)
+        with self.assertRaisesRegex(KeyError, "constants.v"):
+            found["w"]
+
+    def test_sweeps_that_fail(self):
+        with self.assertRaisesRegex(pdcorr.Error, "kg"):
+            pdcorr.sweep(self.scene, {"constants.v": "1, 2 kg"}, out=self.folder / "out")
+        with self.assertRaisesRegex(ValueError, "without a comma"):
+            pdcorr.sweep(self.scene, {"constants.v": ["1, 2 um/h"]}, out=self.folder / "out")
+        with self.assertRaisesRegex(pdcorr.Error, "found 0 sweeps"):
+            pdcorr.sweep(self.scene, {}, out=self.folder / "out")
+        (self.folder / "out").mkdir()
+        (self.folder / "out" / "run002").write_text("no folder", encoding="utf-8")  # one run alone fails
+        found = pdcorr.sweep(self.scene, {"constants.v": [1, 2, "3 um/h"]}, out=self.folder / "out")
+        self.assertEqual([run.status for run in found.runs], ["done", "failed", "done"])
+        self.assertIn("run002", found.runs[1].message)
+        np.testing.assert_array_equal(np.isnan(found["volume_loss"]), [False, True, False])
+
+    def test_ctrl_c_in_a_sweep(self):
+        def second(text):
+            if text.startswith("run001"):
+                raise KeyboardInterrupt
+        with self.assertRaises(KeyboardInterrupt):
+            pdcorr.sweep(self.scene, {"constants.v": "1, 2, 3 um/h"}, out=self.folder / "out", progress=second)
+        rows = (self.folder / "out" / "sweep.csv").read_text(encoding="utf-8").splitlines()[1:]
+        self.assertEqual([row.split(",")[2] for row in rows], ["done", "stopped", "stopped"])
+        fine = {"h": "0.05 um", "until": "1 h"}
+        begin = time.monotonic()
+        for work in (lambda: pdcorr.sweep(self.scene, {"constants.v": "1, 2 um/h"}, fine, out=self.folder / "long"),
+                     lambda: pdcorr.fit(self.scene, {"constants.v": "1..2 um/h"}, fine | {"until": "20 h"})):
+            with self.assertRaises(KeyboardInterrupt):
+                Interrupts.interrupt(self, work)
+            self.assertLess(time.monotonic() - begin, 10.0)
+
+    def test_errors_of_a_run(self):
+        changes = {"until": "2 h"}
+        done = pdcorr.run(PIN, changes, dry=True, estimate_error=True)
+        self.assertEqual((done.estimate.coarser_runs, done.estimate.spacing), (1, None))
+        self.assertIn("expected a multiple of 4", done.estimate.without)
+        for name in ("volume_loss", "total.all.dissolved"):
+            self.assertIn(name, done.estimate.figures)
+        loss = done.estimate.figures["volume_loss"]
+        self.assertAlmostEqual(loss.value, done.volume_loss, delta=1e-12)
+        twice = pdcorr.run(PIN, changes | {"grid.h": "20 um"}, dry=True).volume_loss
+        self.assertAlmostEqual(loss.coarser[0], twice, delta=2e-2 * twice)
+        self.assertGreater(loss.error, 0.0)
+        self.assertGreaterEqual(done.estimate.error, loss.error if not loss.minor else 0.0)
+        self.assertIsNone(pdcorr.run(PIN, changes, dry=True).estimate)
+        wanted = pdcorr.run(PIN, changes, dry=True, accuracy=0.01)
+        self.assertTrue(wanted.notes[0].startswith("accuracy 1 %"), wanted.notes)
+        self.assertTrue(0 < wanted.estimate.spacing[0] < 10 * UM and len(wanted.estimate.spacing) == 2)
+        with self.assertRaisesRegex(pdcorr.Error, "accuracy"):
+            pdcorr.run(PIN, changes, dry=True, accuracy=2.0)
+        impossible = pdcorr.run(PIN, changes, dry=True, estimate_error=True, h="20 um")
+        self.assertIsNone(impossible.estimate)
+        self.assertIn("no error estimate", impossible.notes[-1])
+        alone = pdcorr.run(PIN, changes, dry=True, estimate_error=True, observe=lambda at: at.when == "step")
+        self.assertTrue(alone.stopped and alone.estimate is None)
+        law = {"rate": lambda C: 1.21 * UM / 3600 * (1 - C / 56.1)}
+        called = pdcorr.run(PIN, changes, dry=True, estimate_error=True, functions=law)
+        self.assertAlmostEqual(called.estimate.figures["volume_loss"].coarser[0], loss.coarser[0], delta=1e-9)
+
+
+class Packages(unittest.TestCase):
+    """What backend.py builds."""
+
+    @unittest.skipUnless(has("pip"), "pip is not installed")
+    def test_an_sdist_installs_without_a_network(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            names = [subprocess.run([sys.executable, HERE / "backend.py", folder], check=True, capture_output=True,
+                                    text=True).stdout.strip() for _ in range(2)]
+            self.assertEqual(names, [f"pdcorr-{pdcorr.__version__}.tar.gz"] * 2)
+            with tarfile.open(folder / names[0]) as archive:
+                top = names[0][: -len(".tar.gz")]
+                header = archive.extractfile(f"{top}/pdcorr.h").read()
+                about = archive.extractfile(f"{top}/PKG-INFO").read().decode()
+            self.assertEqual(header, (ROOT / "pdcorr.h").read_bytes())
+            self.assertIn(f"Version: {pdcorr.__version__}\n", about)
+            compiler = folder / "cc"  # what is optimised least is compiled soonest
+            compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("CC", "cc")} "$@" -O0\n', encoding="utf-8")
+            compiler.chmod(0o755)
+            clean = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "PDCORR", "PIP_"))}
+            clean |= {"CC": str(compiler), "TMPDIR": name, "HOME": name}
+            command = [sys.executable, "-m", "pip", "install", "--no-index", "--no-deps", "--no-cache-dir", "--target",
+                       folder / "site", folder / names[0]]
+            done = subprocess.run(command, capture_output=True, text=True, check=False, env=clean, cwd=name)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            program = f"import pdcorr; print(pdcorr.__file__, pdcorr.Sim({PLATE!r}).run_to(36000).volume_loss)"
+            said = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, cwd=name,
+                                  env=clean | {"PYTHONPATH": str(folder / "site")}).stdout.split()
+            self.assertTrue(said[0].startswith(str(folder / "site")), said)
+            self.assertAlmostEqual(float(said[1]), 0.15, delta=1e-9)
 
 
 class Interrupts(unittest.TestCase):

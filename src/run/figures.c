@@ -30,14 +30,15 @@ static void pdi_figures_unit(const char *label, char unit[16])
 }
 
 static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_field field,
-                                   pd_figures *f)
+                                   int all, pd_figures *f)
 {
     char key[24], unit[16];
+    double (*sample)(const pd_model *, pd_field, int, const double *) = all ? pdi_sample_probe : pdi_sample_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
     pdi_figures_unit(pdi_setup_field_label(field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
         snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
-        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, pdi_sample_point(model, field, d, p->at)));
+        PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
     }
     return PD_OK;
 }
@@ -45,9 +46,9 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
 {
     static const pd_field fluid[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
-    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], f));
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_figures_field(ctx, model, p, fluid[k], all, f));
     for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT && all; k++)
-        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, f));
+        PDI_TRY(pdi_figures_field(ctx, model, p, (pd_field)k, 1, f));
     return PD_OK;
 }
 

@@ -114,13 +114,6 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-/* A probe in the metal shows 0 where only fluid has a value. */
-static double pdi_output_probe(const pd_model *m, pd_field field, int component, const double *at)
-{
-    double value = pdi_sample_point(m, field, component, at);
-    return value == value ? value : 0.0;
-}
-
 /* Columns of the probes: one for each field, v with PD_DIM components. */
 static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
@@ -140,7 +133,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
                     snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
                              pdi_setup_field_name((pd_field)f), part, known ? known : "-");
                 if (!values) continue;
-                values[count] = pdi_output_probe(m, (pd_field)f, d, p->at);
+                values[count] = pdi_sample_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
@@ -232,6 +225,23 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     return PD_OK;
 }
 
+static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
+
+/* Curves that the list of a folder whose run goes on has: others of that run are gone. */
+static pd_status pdi_output_find_curves(pd_ctx *ctx, pd_output *out)
+{
+    char path[PD_PATH_SIZE];
+    pd_ctx quiet = *ctx;
+    pd_file file;
+    for (int k = 0; k < 2; k++) {
+        PDI_TRY(pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path));
+        if (pdi_file_open(&quiet, path, &file) != PD_OK) continue;
+        pdi_file_abandon(&file);
+        out->curve[k] = 1;
+    }
+    return PD_OK;
+}
+
 /* All but the tables. */
 static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
@@ -290,23 +300,12 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, archive));
+    PDI_TRY(pdi_output_find_curves(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
     PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
     PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
     return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
-}
-
-PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
-{
-    double time = out->model->couple.time;
-    if (out->written >= time) return PD_OK;
-    pdi_output_fill(ctx, out);
-    PDI_TRY(pdi_output_vti(ctx, out));
-    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
-    out->written = time;
-    out->frame++;
-    return PD_OK;
 }
 
 /* Measured losses beside the curve, as many as the plot has room for. work [3 points of all records] */
@@ -321,39 +320,54 @@ static void pdi_output_measured(const pd_output *out, double unit, double last, 
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
+/* The curve of the volume loss so far. */
 static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;
     char path[PD_PATH_SIZE];
     double *work = NULL;
-    int64_t points = 1;
+    int64_t points = 2 * out->rows;
     pd_plot plot;
     if (!u->has_dissolve || out->rows < 2) return PD_OK;
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
-    memset(&plot, 0, sizeof plot);
+    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
+    PDI_TRY(PDI_NEW(ctx, "output", points, work));
     for (int64_t k = 0; k < out->rows; k++) {
-        out->loss[k] *= 100.0;
-        if (brief) out->time[k] *= 3600.0;
+        work[k] = brief ? 3600.0 * out->time[k] : out->time[k];
+        work[out->rows + k] = 100.0 * out->loss[k];
     }
+    memset(&plot, 0, sizeof plot);
     plot.title = u->name;
     plot.x_label = brief ? "t [s]" : "t [h]";
     plot.y_label = "volume loss [%]";
     plot.count = 1;
-    plot.series[0].x = out->time;
-    plot.series[0].y = out->loss;
+    plot.series[0].x = work;
+    plot.series[0].y = work + out->rows;
     plot.series[0].count = (int)out->rows;
-    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
-    PDI_TRY(PDI_NEW(ctx, "output", points, work));
-    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work, &plot);
+    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work + 2 * out->rows, &plot);
     pd_status status = PD_OK;
     for (int k = 0; k < 2 && status == PD_OK; k++) {
         if (!((u->drawing.formats ? u->drawing.formats : 1u) >> k & 1u)) continue;
-        status = pdi_folder_add(ctx, out->folder, k ? "volume_loss.svg" : "volume_loss.png", path);
+        status = out->curve[k] ? pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path)
+                               : pdi_folder_add(ctx, out->folder, pdi_output_curves[k], path);
+        if (status == PD_OK) out->curve[k] = 1;
         if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
     }
     PDI_DELETE(ctx, points, work);
     return status;
+}
+
+PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
+{
+    double time = out->model->couple.time;
+    if (out->written >= time) return PD_OK;
+    pdi_output_fill(ctx, out);
+    PDI_TRY(pdi_output_vti(ctx, out));
+    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
+    out->written = time;
+    out->frame++;
+    return out->images.live ? pdi_output_loss(ctx, out) : PD_OK;
 }
 
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)

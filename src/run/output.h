@@ -3,7 +3,7 @@
  *   corr_000012_t6.1s.vti, simulation.pvd   fields for ParaView; open_in_paraview.py
  *   C_000012_t6.1s.png                      pictures
  *   diagnostics.csv, probes.csv             one row a step
- *   volume_loss.png                         at the end
+ *   volume_loss.png                         at the end, `live`: with each picture
  *   latest_C.png                            `live`: the last picture
  *
  * Everything is written aside and renamed; the tables grow row by row.
@@ -30,6 +30,7 @@ typedef struct pd_output {
     pd_images images;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, time_room, loss_room;
+    int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
 } pd_output;
 
 #ifdef PDI_INTERNAL

@@ -33,8 +33,8 @@ typedef struct pd_run_desc {
     pd_instant_fn observe;   /* called at the start, after every step and at the end, see instant.h; may stop the run.
                               * NULL: none */
     void *observe_user;
-    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, whole at any
-                              * moment */
+    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
+                              * of the volume loss goes as far; both whole at any moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a

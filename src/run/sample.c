@@ -349,6 +349,12 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
 
+PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
+{
+    double value = pdi_sample_point(m, field, component, x);
+    return value == value ? value : 0.0;
+}
+
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 {
     int32_t node[PDI_SAMPLE_CELLS];

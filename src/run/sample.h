@@ -16,6 +16,8 @@ PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields);
  * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
  * cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
+/* What a probe shows: the same, and 0 in the metal where only fluid has a value. */
+PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x);
 /* 1 when x touches a cell of solid, or fluid nodes give the value there. */
 PDI_FN int pdi_sample_inside(const pd_model *m, const double *x);
 #endif

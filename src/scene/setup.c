@@ -134,16 +134,28 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
     return PD_OK;
 }
 
+/* The expression of the law of a metal: "rate", or "rate.NAME" of one of several. */
+static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
+{
+    int metal = u->metals == 1 && !key[4] ? 0 : -1;
+    if (!u->has_dissolve) return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode]");
+    for (int k = 0; k < u->metals && key[4]; k++)
+        if (u->metal[k].material.name && strcmp(u->metal[k].material.name, key + 5) == 0) metal = k;
+    if (metal < 0)
+        return pdi_setup_no_function(ctx, key, key[4] ? "no solid is of that material"
+                                                      : "there are several metals, expected rate.NAME for one of them");
+    if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
+        return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
+    u->metal[metal].rate_scale = 1.0;
+    *expr = &u->metal[metal].rate;
+    return PD_OK;
+}
+
 pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
     pd_expr *expr = NULL;
-    if (strcmp(key, "rate") == 0) {
-        if (!u->has_dissolve || u->metals != 1)
-            return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode] of one metal");
-        if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
-            return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
-        u->metal[0].rate_scale = 1.0;
-        expr = &u->metal[0].rate;
+    if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
+        PDI_TRY(pdi_setup_law_function(ctx, u, key, uses, &expr));
     } else if (strcmp(key, "initial") == 0) {
         if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
         expr = &u->initial;

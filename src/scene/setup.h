@@ -365,6 +365,7 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *
  *   key      value                                      variables
  *   rate     recession speed of the one metal [m/s]     C [mol/m3], t [s], x, y, z [m], grain: its number, a whole one
+ *   rate.steel304  the same of one of several metals, by its material
  *   initial  concentration of the fluid [mol/m3]        x, y, z [m]
  *   x-.C     the same of what enters, or of a wall      x, y, z [m], t [s]
  *   x-.mean  speed into the box of an inlet [m/s]       the same, of which t alone counts

@@ -1,18 +1,20 @@
 """pdcorr: how a metal dissolves in a flowing liquid, by peridynamics, in 1D, 2D and 3D.
 
-Sim: a scene step by step. run: a scene to its end, with its files. read_table: the tables of a run.
-Lattice: nodes, bonds and operators alone. All numbers are SI.
+Sim: a scene step by step. run: a scene to its end, with its files. fit, sweep: many runs. read_table: the tables of a
+run. Lattice: nodes, bonds and operators alone. All numbers are SI.
 """
 from ._declared import PD_VERSION_MAJOR, PD_VERSION_MINOR, PD_VERSION_PATCH
 from ._library import Error, Status
 from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
                       intersect, union)
-from .sim import Frame, Instant, Ledger, Result, Sim, run
+from .sim import Estimate, Estimated, Frame, Instant, Ledger, Result, Sim, run
+from .study import Fit, Parameter, Sweep, SweepRun, fit, sweep
 from .table import Table, read_table
 
 __version__ = f"{PD_VERSION_MAJOR}.{PD_VERSION_MINOR}.{PD_VERSION_PATCH}"
 
 __all__ = [
-    "Csr", "Error", "Frame", "Instant", "Kind", "Lattice", "Ledger", "Result", "Shape", "Sim", "Status", "Stencil",
-    "Table", "ball", "box", "complement", "cylinder", "difference", "half_space", "intersect", "read_table", "run", "union",
+    "Csr", "Error", "Estimate", "Estimated", "Fit", "Frame", "Instant", "Kind", "Lattice", "Ledger", "Parameter",
+    "Result", "Shape", "Sim", "Status", "Stencil", "Sweep", "SweepRun", "Table", "ball", "box", "complement",
+    "cylinder", "difference", "fit", "half_space", "intersect", "read_table", "run", "sweep", "union",
 ]

@@ -2915,6 +2915,7 @@ def declare(dim):
         ('rows', c_int64),
         ('time_room', c_int64),
         ('loss_room', c_int64),
+        ('curve', c_int * 2),
     ]
 
     pd_print_fn = CFUNCTYPE(None, c_void_p, c_int, c_char_p)

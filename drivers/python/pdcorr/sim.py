@@ -6,7 +6,7 @@ import os
 import re
 import sys
 import weakref
-from ctypes import c_char_p, create_string_buffer, sizeof
+from ctypes import CFUNCTYPE, c_char_p, c_double, c_int, c_void_p, create_string_buffer, pointer, sizeof
 from dataclasses import dataclass, field as member
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence
@@ -99,7 +99,9 @@ class _Scene:
 
     def put(self, setup: Any, key: str, fn: Callable[..., float]) -> None:
         place = ["x", "y", "z"][: self.context.library.dim]
-        names = ["C", "t", *place, "grain"] if key == "rate" else place if key == "initial" else [*place, "t"]
+        names = place if key == "initial" else [*place, "t"]
+        if key.split(".")[0] == "rate":
+            names = ["C", "t", *place, "grain"]
         # the library knows the keys: it is asked before the parameters are looked at
         self.context.call("pd_setup_function", setup, key.encode(), self.context.types.pd_expr_fn(), None, 0)
         function, uses = self.context.function(fn, names, key)
@@ -123,6 +125,42 @@ class _Line:
         if self.open:
             sys.stderr.write("\n")
         self.open = False
+
+
+_STOP = CFUNCTYPE(c_int, c_void_p)
+
+
+class _Printer:
+    """What the library prints: texts by kind, and lines of progress on a terminal or to a function.
+
+    every: all lines are lines of progress.
+    """
+
+    def __init__(self, context: Context, progress: bool | Callable[[str], None] | None, every: bool = False):
+        self.texts: dict[int, list[str]] = {kind: [] for kind in _declared.ENUMS["pd_print_kind"].values()}
+        self.function = context.types.pd_print_fn(self._show)
+        self.stop = _STOP(lambda _user: self._guard.raised is not None)
+        self._guard, self._progress, self._every, self._line = context.guard, progress, every, _Line()
+
+    def say(self, text: str) -> None:
+        """A line of progress."""
+        if callable(self._progress):
+            self._progress(text)
+        elif self._progress:
+            self._line.show(text)
+
+    def _show(self, _user: Any, kind: int, text: bytes) -> None:
+        try:
+            said = text.decode("utf-8", "replace")
+            if kind != _declared.PD_PRINT_PROGRESS:
+                self.texts[kind].append(said)
+            if self._every or kind == _declared.PD_PRINT_PROGRESS:
+                self.say(said)
+        except BaseException as raised:  # pylint: disable=broad-except
+            self._guard.raised = raised
+
+    def end(self) -> None:
+        self._line.end()
 
 
 # ---- step by step ----
@@ -269,8 +307,8 @@ class Sim:
         """An output field (C, v, p, kind, grain, phase, D, rate, density, damage and others) as it is now.
 
         [nx, ny, nz] [unit of label(name)], as many axes as the scene has: field[i, j] is the cell i along x and j along
-        y. v is [dim, nx, ny, nz]; of displacements, u, it is the length. Axis x is the fastest in memory. The array is over memory of the library, without a
-        copy; it is the caller's own: later steps and close() leave it as it is.
+        y. v is [dim, nx, ny, nz]; of displacements, u, it is the length. Axis x is the fastest in memory. The array is
+        over memory of the library, without a copy; it is the caller's own: later steps and close() leave it as it is.
         """
         sim, found = self._open(), self._context.types.pd_view()
         self._context.call("pd_sim_field", sim, name.encode(), found)
@@ -384,6 +422,12 @@ def _close(context: Context, sim: Any, callbacks: list) -> None:
 # ---- whole runs ----
 
 
+def _figure(figure: Any) -> str:
+    """"volume_loss", "probe.a.C" """
+    parts = (figure.section, figure.name, figure.key)
+    return ".".join(part.decode() for part in parts if part and part != b"scene")
+
+
 class Instant:
     """A run at an instant, for its observer, until that returns."""
 
@@ -449,10 +493,58 @@ class Instant:
         list_ = self.context.types.pd_figures()
         try:
             self._ask("pd_instant_figures", list_)
-            return {".".join(part.decode() for part in (f.section, f.name, f.key) if part and part != b"scene"): f.value
-                    for f in list_.list[: list_.count]}
+            return {_figure(f): f.value for f in list_.list[: list_.count]}
         finally:
             self.context.free("pd_figures_free", list_)
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """A figure of a run and its error, from runs on coarser lattices."""
+
+    value: float  # [unit]
+    unit: str
+    coarser: tuple[float, float]  # [unit] at 2 h and 4 h; NaN: none
+    order: float  # [-] of convergence
+    assumed: bool  # the order is that of the method
+    error: float  # [-] of the value, over its size; NaN: unknown
+    minor: bool  # too small among figures of its sort for its relative error to say much
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Errors of the figures of a run, by Richardson's extrapolation."""
+
+    figures: dict[str, Estimated]  # by names as those of Instant.figures
+    coarser_runs: int  # runs it rests on, 1 or 2
+    without: str  # why there is no second one; "": there is
+    worst: str | None  # name of the figure with the largest error, but for minor ones
+    spacing: tuple[float, ...] | None  # [m] largest h for the wanted accuracy; None: none was wanted
+
+    @property
+    def error(self) -> float:
+        """The largest error [-], but for minor figures; NaN: unknown."""
+        return math.nan if self.worst is None else self.figures[self.worst].error
+
+
+def _estimate(context: Context, setup: Any, desc: Any, figures: Any, accuracy: float | None) -> Estimate:
+    """The coarser runs of one that is done."""
+    found = context.types.pd_estimate()
+    context.call("pd_estimate_run", setup, desc, figures, found)
+    try:
+        spacing = None
+        if accuracy is not None:
+            h = (c_double * context.library.dim)()
+            context.library.pd_estimate_spacing(found, accuracy, h)
+            spacing = tuple(h)
+        list_ = found.list[: found.count]
+        return Estimate(
+            figures={_figure(e.figure): Estimated(e.figure.value, e.figure.unit.decode(), tuple(e.coarser), e.order,
+                                                  bool(e.assumed), e.error, bool(e.minor)) for e in list_},
+            coarser_runs=found.coarser_runs, without=found.without.decode("utf-8", "replace"),
+            worst=_figure(list_[found.worst].figure) if found.worst >= 0 else None, spacing=spacing)
+    finally:
+        context.free("pd_estimate_free", found)
 
 
 @dataclass(frozen=True)
@@ -475,6 +567,7 @@ class Result:
     unsolved: int  # steps in which a linear solver missed its tolerance
     bytes_per_node: float
     line: str  # for scripts, as pd2d prints it
+    estimate: Estimate | None = member(repr=False)  # of the errors; None: not asked for, or impossible, see notes
     summary: list[str] = member(repr=False)  # what is modelled
     notes: list[str] = member(repr=False)  # what the user should know
 
@@ -487,13 +580,16 @@ class Result:
 def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *, out: str | os.PathLike | None = None,
         dim: int | None = None, functions: Functions | None = None, threads: int = 0, memory_limit: float = 0,
         progress: bool | Callable[[str], None] | None = None, dry: bool = False, checkpoint: float | None = None,
-        resume: bool = False, observe: Callable[[Instant], Any] | None = None, **values: Any) -> Result:
+        resume: bool = False, observe: Callable[[Instant], Any] | None = None, estimate_error: bool = False,
+        accuracy: float | None = None, **values: Any) -> Result:
     """Run a scene to its end and write its files, as pd2d does.
 
     out: folder; None: that of the scene. progress: True: a line on a terminal; or a function that is called with such
     lines. dry: write nothing. checkpoint: wall time [s] between checkpoints, 0: after each step; None: none. resume: go
     on from the checkpoint in the folder. observe: a function that is called with an Instant at the start, after each
-    step and at the end; what is true ends the run, with complete files. The other parameters are those of Sim.
+    step and at the end; what is true ends the run, with complete files. estimate_error: run the scene with two and four
+    times h, too, for an Estimate. accuracy: relative, such as 0.01: pick settings of the scene for it, and estimate.
+    The other parameters are those of Sim.
 
     Ctrl-C ends it with KeyboardInterrupt, and with a checkpoint where there are some.
     """
@@ -502,20 +598,8 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
     read = _Scene(scene, overrides, values, dim, functions, threads, memory_limit)
     context, types = read.context, read.context.types
     setup, desc, result = types.pd_setup(), types.pd_run_desc(), types.pd_run_result()
-    texts: dict[int, list[str]] = {kind: [] for kind in _declared.ENUMS["pd_print_kind"].values()}
-    line = _Line()
-
-    def show(_user: Any, kind: int, text: bytes) -> None:
-        try:
-            said = text.decode("utf-8", "replace")
-            if kind != _declared.PD_PRINT_PROGRESS:
-                texts[kind].append(said)
-            elif callable(progress):
-                progress(said)
-            elif progress:
-                line.show(said)
-        except BaseException as raised:  # pylint: disable=broad-except
-            context.guard.raised = raised
+    figures, printer, estimate = types.pd_figures(), _Printer(context, progress), None
+    notes = printer.texts[_declared.PD_PRINT_NOTE]
 
     def look(_user: Any, _context: Any, at: Any) -> int:
         instant = Instant(context, at)
@@ -527,7 +611,9 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         finally:
             instant.at = None
 
-    desc.print = types.pd_print_fn(show)
+    desc.print, desc.stop = printer.function, printer.stop
+    if estimate_error or accuracy is not None:
+        desc.figures = pointer(figures)
     if observe is not None:
         desc.observe = types.pd_instant_fn(look)
     desc.dry = dry
@@ -538,10 +624,23 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         desc.folder = os.fsencode(out)
     try:
         read.read(setup)
+        if accuracy is not None:
+            said = create_string_buffer(640)
+            context.call("pd_accuracy_apply", accuracy, setup, said, sizeof(said))
+            notes.append(said.value.decode("utf-8", "replace"))
         context.call("pd_run", setup, desc, result)
         folder = Path(os.fsdecode(setup.folder)) if out is None else Path(out)
+        if desc.figures and not figures.count:
+            notes.append("no error estimate: the scene watches nothing: add a [probe NAME] or another section of that"
+                         " sort")
+        elif desc.figures and not result.stopped:
+            try:
+                estimate = _estimate(context, setup, desc, figures, accuracy)
+            except Error as failure:
+                notes.append(f"no error estimate: {failure}")
     finally:
-        line.end()
+        printer.end()
+        context.free("pd_figures_free", figures)
         context.free("pd_setup_free", setup)
     text = create_string_buffer(1024)
     context.library.pd_run_line(result, text, sizeof(text))
@@ -549,5 +648,5 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
     return Result(
         name=result.name.decode("utf-8", "replace"), folder=folder, stopped=bool(result.stopped),
         front=result.front if result.has_front else None, flux=result.flux if result.has_flux else None,
-        line=text.value.decode(), summary=texts[_declared.PD_PRINT_SUMMARY], notes=texts[_declared.PD_PRINT_NOTE],
+        line=text.value.decode(), estimate=estimate, summary=printer.texts[_declared.PD_PRINT_SUMMARY], notes=notes,
         **{name: getattr(result, name) for name in plain})
