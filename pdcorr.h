@@ -154,6 +154,7 @@
  *     label      units in texts of pictures as they are printed: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
+ *     contour    lines of one value in a field on a two-dimensional lattice, by marching squares.
  *     picture    a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp.
  *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG or SVG.
@@ -6904,6 +6905,8 @@ typedef struct pdi_svg {
     pd_status status;
     int clips;   /* so far */
     int clipped; /* one is open */
+    double at[2]; /* end of the last stroke of a path */
+    int strokes;  /* of the open path */
 } pdi_svg;
 
 /* Colours 0xRRGGBB; lengths in pixels. */
@@ -6911,6 +6914,10 @@ PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg);
 PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
 PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
 PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
+/* A path of straight strokes, [M L]: begin, add, end. */
+PDI_FN void pdi_svg_path(pdi_svg *svg);
+PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour);
 /* anchor: "start", "middle", "end"; up: turned to read upward; (x, y): on the baseline. UTF-8; signs that XML does not
  * have become question marks. */
 PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,
@@ -6944,6 +6951,10 @@ typedef struct pdi_canvas {
     pd_image image;               /* vectors: without pixels */
     pdi_svg *svg;                 /* NULL: pixels */
     int left, top, right, bottom; /* clip rectangle, right and bottom excluded */
+    int drawing;                  /* 1: a drawing of strokes is open */
+    uint8_t *cover;               /* [width * height] pixels: 1/255 of what it covers; NULL: none is open */
+    double stroke;                /* its width */
+    uint32_t ink;                 /* its colour */
 } pdi_canvas;
 
 /* Where a text stands relative to its anchor. */
@@ -6970,6 +6981,11 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
 /* Straight stroke with round ends; pixel centres lie at half-integers. */
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour);
+/* Strokes of one width and colour that are painted once where they meet. Begin it, add strokes, end it, also after a
+ * failure in between. */
+PDI_FN pd_status pdi_canvas_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
+PDI_FN void pdi_canvas_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas);
 /* UTF-8 text of ASCII, µ, ·, °, × and raised digits; y is the top of the capitals. */
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* The same turned to read upward; x is the top of the capitals (their left side), y the anchor. */
@@ -7055,6 +7071,30 @@ PDI_FN uint32_t pdi_colour_series(int k);
 
 #endif
 
+/* ======== >>io/contour.h ======== */
+/* contour: lines of one value in a field on a two-dimensional lattice, by marching squares.
+ *
+ * Values stand in the middles of cells. Between four middles the field is bilinear; up to a cell without a value, and
+ * to the edge of the lattice, it goes on linearly. So lines end at the face of such a cell and never enter it.
+ */
+#ifndef PD_CONTOUR_H
+#define PD_CONTOUR_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_contour {
+    int nx, ny;
+    const double *value; /* [nx * ny] [-], i to the right first; NaN: none */
+} pdi_contour;
+
+/* A piece of a line [cells] from the lower left corner of the lattice: from (a[0], a[1]) to (b[0], b[1]). */
+typedef void (*pdi_contour_piece)(void *user, const double *a, const double *b);
+
+/* All pieces of the lines of this level, cell by cell. */
+PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_contour_piece piece, void *user);
+#endif
+
+#endif
+
 /* ======== >>io/picture.h ======== */
 /* picture: a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp. */
 #ifndef PD_PICTURE_H
@@ -7064,6 +7104,7 @@ PDI_FN uint32_t pdi_colour_series(int k);
 #define PD_PICTURE_SQUAT 0.9 /* times that: pixels that its height aims at */
 #define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
 #define PD_PICTURE_MOST 4000 /* largest one */
+#define PD_PICTURE_CONTOURS 32 /* lines of one value, at most */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -7092,6 +7133,8 @@ typedef struct pd_picture {
     const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
     const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
+    int contour_count;        /* lines of one value, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
+    const double *contours;   /* [contour_count] [-] their values; NULL: they part the range of colours evenly */
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)
@@ -7957,6 +8000,7 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 #define PD_SETUP_MASKS 8 /* most masks */
 #define PD_SETUP_SURFACES 8 /* most surfaces of triangles */
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
+#define PD_SETUP_CONTOURS 32 /* most lines of one value in a picture */
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
@@ -8180,6 +8224,9 @@ typedef struct pd_setup_drawing {
     int smooth;                      /* 1: linear between the middles of cells */
     int animate;                     /* 1: a film of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
+    int contours[PD_FIELD_COUNT];    /* lines of one value */
+    int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
+    double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
 } pd_setup_drawing;
 
 typedef struct pd_setup {
@@ -8321,6 +8368,8 @@ PDI_FN const char *pdi_setup_field_label(pd_field field);
 PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
+/* 1: the metal has the field. */
+PDI_FN int pdi_setup_field_metal(pd_field field);
 /* Section of a kind of monitor: "line", ... */
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */
@@ -41760,14 +41809,22 @@ static void pdi_svg_add(pdi_svg *svg, const void *data, size_t size)
 
 static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, text, strlen(text)); }
 
-/* name="value" of a length, whatever the locale. */
-static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+/* A length between two texts, whatever the locale. */
+static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
     long hundredths = lround(100.0 * fmax(-PDI_SVG_LARGEST, fmin(PDI_SVG_LARGEST, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
-    snprintf(text, sizeof text, " %s=\"%s%ld.%02ld\"", name, hundredths < 0 ? "-" : "", size / 100, size % 100);
+    snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
     pdi_svg_string(svg, text);
+}
+
+/* name="value" of a length. */
+static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+{
+    pdi_svg_string(svg, " ");
+    pdi_svg_string(svg, name);
+    pdi_svg_number(svg, "=\"", value, "\"");
 }
 
 static void pdi_svg_colour(pdi_svg *svg, const char *name, uint32_t colour)
@@ -41822,6 +41879,33 @@ PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double y
     pdi_svg_length(svg, "stroke-width", width);
     pdi_svg_colour(svg, "stroke", colour);
     pdi_svg_string(svg, " stroke-linecap=\"round\"/>\n");
+}
+
+PDI_FN void pdi_svg_path(pdi_svg *svg)
+{
+    svg->strokes = 0;
+    pdi_svg_string(svg, "<path d=\"");
+}
+
+PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb)
+{
+    if (!svg->strokes || xa != svg->at[0] || ya != svg->at[1]) {
+        pdi_svg_number(svg, "M", xa, " ");
+        pdi_svg_number(svg, "", ya, "");
+    }
+    pdi_svg_number(svg, "L", xb, " ");
+    pdi_svg_number(svg, "", yb, "");
+    svg->at[0] = xb;
+    svg->at[1] = yb;
+    svg->strokes++;
+}
+
+PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour)
+{
+    pdi_svg_string(svg, "\" fill=\"none\"");
+    pdi_svg_length(svg, "stroke-width", width);
+    pdi_svg_colour(svg, "stroke", colour);
+    pdi_svg_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
 /* Bytes of the letter of UTF-8 that stands there; 0: it is none, or one that XML does not have. */
@@ -42106,6 +42190,15 @@ static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double
     return 1;
 }
 
+/* A stroke covers this share of a pixel. */
+static void pdi_canvas_cover(pdi_canvas *canvas, int x, int y, double share)
+{
+    if (x < canvas->left || x >= canvas->right || y < canvas->top || y >= canvas->bottom) return;
+    uint8_t *cover = canvas->cover + (size_t)y * (size_t)canvas->image.width + (size_t)x;
+    uint8_t now = (uint8_t)(255.0 * share + 0.5);
+    if (now > *cover) *cover = now;
+}
+
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour)
 {
@@ -42116,7 +42209,8 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
         !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
         return;
     if (canvas->svg) {
-        pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
+        if (canvas->drawing) pdi_svg_stroke(canvas->svg, xa, ya, xb, yb);
+        else pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
         return;
     }
     double dx = xb - xa, dy = yb - ya;
@@ -42131,9 +42225,44 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
-            if (cover > 0) pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (!(cover > 0)) continue;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
+            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
         }
     }
+}
+
+PDI_FN pd_status pdi_canvas_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour)
+{
+    size_t pixels = (size_t)canvas->image.width * (size_t)canvas->image.height;
+    if (canvas->svg) pdi_svg_path(canvas->svg);
+    else PDI_TRY(PDI_NEW(ctx, "picture", pixels, canvas->cover));
+    canvas->drawing = 1;
+    canvas->stroke = width;
+    canvas->ink = colour;
+    return PD_OK;
+}
+
+PDI_FN void pdi_canvas_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
+{
+    pdi_canvas_line(canvas, xa, ya, xb, yb, canvas->stroke, canvas->ink);
+}
+
+PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas)
+{
+    int width = canvas->image.width, height = canvas->image.height;
+    if (!canvas->drawing) return;
+    canvas->drawing = 0;
+    if (canvas->svg) {
+        pdi_svg_path_end(canvas->svg, canvas->stroke, canvas->ink);
+        return;
+    }
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            uint8_t cover = canvas->cover[(size_t)y * (size_t)width + (size_t)x];
+            if (cover) pdi_canvas_blend(canvas, x, y, canvas->ink, cover / 255.0);
+        }
+    PDI_DELETE(ctx, (size_t)width * (size_t)height, canvas->cover);
 }
 
 /* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters
@@ -42663,6 +42792,98 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #pragma GCC optimize ("Og")
 #endif
 
+/* ======== >>io/contour.c ======== */
+/* contour: see contour.h */
+#include <math.h>
+
+/* Value of a cell; NaN: it has none, or lies outside. */
+static double pdi_contour_value(const pdi_contour *c, int i, int j)
+{
+    if (i < 0 || i >= c->nx || j < 0 || j >= c->ny) return (double)NAN;
+    return c->value[(size_t)j * (size_t)c->nx + (size_t)i];
+}
+
+/* In the middle of the face of a cell, a step (di, dj) of one cell away. */
+static double pdi_contour_face(const pdi_contour *c, int i, int j, int di, int dj)
+{
+    double own = pdi_contour_value(c, i, j), next = pdi_contour_value(c, i + di, j + dj);
+    if (!isnan(next)) return 0.5 * (own + next);
+    double back = pdi_contour_value(c, i - di, j - dj);
+    return isnan(back) ? own : own + 0.5 * (own - back);
+}
+
+/* In a corner of a cell. Cells with a value that share a face find the same one. */
+static double pdi_contour_corner(const pdi_contour *c, int i, int j, int di, int dj)
+{
+    double own = pdi_contour_value(c, i, j), x = pdi_contour_value(c, i + di, j), y = pdi_contour_value(c, i, j + dj);
+    double across = pdi_contour_value(c, i + di, j + dj);
+    if (!isnan(x) && !isnan(y)) return isnan(across) ? 0.5 * (x + y) : 0.25 * (own + x + y + across);
+    if (!isnan(across) && (!isnan(x) || !isnan(y))) return 0.5 * (own + across);
+    if (!isnan(x)) return 0.5 * (pdi_contour_face(c, i, j, 0, dj) + pdi_contour_face(c, i + di, j, 0, dj));
+    if (!isnan(y)) return 0.5 * (pdi_contour_face(c, i, j, di, 0) + pdi_contour_face(c, i, j + dj, di, 0));
+    return pdi_contour_face(c, i, j, di, 0) + pdi_contour_face(c, i, j, 0, dj) - own;
+}
+
+/* Four corners in turn, at x, y [cells]. */
+typedef struct pdi_contour_square {
+    double x[4], y[4], value[4];
+} pdi_contour_square;
+
+/* Where the line crosses the side from corner k to the next one. */
+static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, double *at)
+{
+    int next = (k + 1) % 4;
+    double share = (level - s->value[k]) / (s->value[next] - s->value[k]);
+    at[0] = s->x[k] + share * (s->x[next] - s->x[k]);
+    at[1] = s->y[k] + share * (s->y[next] - s->y[k]);
+}
+
+static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_contour_piece piece, void *user)
+{
+    double at[4][2];
+    int in[4], side[4], count = 0;
+    for (int k = 0; k < 4; k++) in[k] = s->value[k] >= level;
+    for (int k = 0; k < 4; k++) {
+        if (in[k] == in[(k + 1) % 4]) continue;
+        pdi_contour_cross(s, level, k, at[count]);
+        side[count++] = k;
+    }
+    if (count == 2) piece(user, at[0], at[1]);
+    if (count < 4) return;
+    /* A saddle: the mean tells which pair of corners holds together. */
+    int mean_in = 0.25 * (s->value[0] + s->value[1] + s->value[2] + s->value[3]) >= level;
+    int shift = mean_in == in[side[0]] ? 0 : 3; /* corners 1 and 3 are cut off, else 0 and 2 */
+    piece(user, at[shift], at[(shift + 1) % 4]);
+    piece(user, at[(shift + 2) % 4], at[(shift + 3) % 4]);
+}
+
+/* A quarter of a cell, towards (di, dj). */
+static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int dj, double level,
+                                pdi_contour_piece piece, void *user)
+{
+    pdi_contour_square s;
+    double x = i + 0.5, y = j + 0.5;
+    s.x[0] = s.x[3] = x;
+    s.x[1] = s.x[2] = x + 0.5 * di;
+    s.y[0] = s.y[1] = y;
+    s.y[2] = s.y[3] = y + 0.5 * dj;
+    s.value[0] = pdi_contour_value(c, i, j);
+    s.value[1] = pdi_contour_face(c, i, j, di, 0);
+    s.value[2] = pdi_contour_corner(c, i, j, di, dj);
+    s.value[3] = pdi_contour_face(c, i, j, 0, dj);
+    pdi_contour_march(&s, level, piece, user);
+}
+
+PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_piece piece, void *user)
+{
+    for (int j = 0; j < c->ny; j++)
+        for (int i = 0; i < c->nx; i++) {
+            if (isnan(pdi_contour_value(c, i, j))) continue;
+            for (int k = 0; k < 4; k++)
+                pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, piece, user);
+        }
+}
+
 /* ======== >>io/picture.c ======== */
 /* picture: see picture.h */
 #include <math.h>
@@ -42679,6 +42900,8 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
 #define PDI_PICTURE_BAR 22 /* width of the colour bar */
+#define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
+#define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
 
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
 typedef struct pdi_picture_scale {
@@ -42725,6 +42948,9 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
                         p->range_lo);
     if ((int)p->map < 0 || (int)p->map > PD_MAP_VIRIDIS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
+    if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
+                        p->contour_count, PD_PICTURE_CONTOURS);
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -43023,6 +43249,82 @@ static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l,
         }
 }
 
+/* ---- lines of one value ---- */
+
+/* Where contour k stands on the bar: 0 to 1; beyond, colours do not show it. */
+static double pdi_picture_level(const pd_picture *p, const pdi_picture_layout *l, int k)
+{
+    if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
+    return l->axis_bar.log && !(p->contours[k] > 0) ? (double)NAN : pdi_ticks_place(&l->axis_bar, p->contours[k]);
+}
+
+typedef struct pdi_picture_pen {
+    const pdi_picture_layout *l;
+    pdi_canvas *canvas;
+} pdi_picture_pen;
+
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
+{
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+static void pdi_picture_piece(void *user, const double *a, const double *b)
+{
+    const pdi_picture_pen *pen = (const pdi_picture_pen *)user;
+    const pdi_picture_layout *l = pen->l;
+    int bottom = l->top + l->y.pixels;
+    pdi_canvas_stroke(pen->canvas, l->left + pdi_picture_pixel(&l->x, a[0]), bottom - pdi_picture_pixel(&l->y, a[1]),
+                      l->left + pdi_picture_pixel(&l->x, b[0]), bottom - pdi_picture_pixel(&l->y, b[1]));
+}
+
+/* Places on the bar; NaN where a cell has none. */
+static void pdi_picture_places(const pd_picture *p, const pdi_picture_layout *l, double *place)
+{
+    for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
+        int placed = pdi_picture_placed(p, l, k) && !isinf(p->values[k]);
+        place[k] = placed ? pdi_ticks_place(&l->axis_bar, p->values[k]) : (double)NAN;
+    }
+}
+
+static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
+                                      pdi_canvas *canvas)
+{
+    size_t cells = (size_t)p->nx * (size_t)p->ny;
+    double *place = NULL;
+    pd_status status = PD_OK;
+    if (!p->contour_count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "picture", cells, place));
+    pdi_picture_places(p, l, place);
+    pdi_contour contour = {p->nx, p->ny, place};
+    pdi_picture_pen pen = {l, canvas};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_canvas_strokes(ctx, canvas, core ? PDI_PICTURE_LINE : PDI_PICTURE_RIM,
+                                    core ? PDI_CANVAS_INK : PDI_CANVAS_PAPER);
+        for (int k = 0; k < p->contour_count && status == PD_OK; k++)
+            pdi_contour_lines(&contour, pdi_picture_level(p, l, k), pdi_picture_piece, &pen);
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    pdi_canvas_unclip(canvas);
+    PDI_DELETE(ctx, cells, place);
+    return status;
+}
+
+/* Marks on the bar where contours stand. */
+static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    for (int k = 0; k < p->contour_count; k++) {
+        double place = pdi_picture_level(p, l, k);
+        if (!(place >= 0 && place <= 1)) continue;
+        int y = bottom - 1 - (int)(place * (l->y.pixels - 1) + 0.5);
+        int above = y > l->top ? y - 1 : y, below = y + 1 < bottom ? y + 2 : y + 1;
+        pdi_canvas_fill(canvas, l->bar, above, right, below, PDI_CANVAS_PAPER);
+        pdi_canvas_fill(canvas, l->bar, y, right, y + 1, PDI_CANVAS_INK);
+    }
+}
+
 /* The cells, among vectors an image. */
 static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                                    pdi_canvas *canvas)
@@ -43036,7 +43338,7 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return PD_OK;
+    return pdi_picture_contours(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -43069,6 +43371,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
         int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
         pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
     }
+    pdi_picture_levels(p, l, canvas);
     pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
     for (int k = 0; k < l->axis_bar.count; k++) {
         int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
@@ -43167,6 +43470,7 @@ PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_ima
 {
     pdi_canvas canvas;
     pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
     *image = canvas.image;
     return status;
 }
@@ -47904,6 +48208,8 @@ static const pd_key pdi_keys_of_output[] = {
      "of the pictures of fields and of the volume loss: `png`, `svg` or both"},
     {"animate", "-", "no",
      "`yes`: a film of each drawn field, `C_film.png`"},
+    {"contours", "of the field", "none",
+     "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},
@@ -49514,6 +49820,12 @@ PDI_FN void pdi_setup_field_unit(pd_field field, char *unit)
 PDI_FN int pdi_setup_field_numbered(pd_field field)
 {
     return field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
+}
+
+PDI_FN int pdi_setup_field_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
 }
 
 static int pdi_setup_stressed(const pd_setup *setup)
@@ -52049,8 +52361,9 @@ static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, co
                            name);
 }
 
-/* One end of a range. */
-static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, const char *unit, double *value)
+/* One end of a range, or another value. */
+static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, const char *from, const char *unit,
+                                      double *value)
 {
     pd_expr expr;
     pd_expr_desc desc;
@@ -52061,8 +52374,8 @@ static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, con
     desc.tables = r->text->tables;
     desc.table_count = r->text->table_count;
     desc.unit = unit;
-    desc.where = "range";
-    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, "range");
+    desc.where = key;
+    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, key);
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(r->ctx, &expr);
     return PD_OK;
@@ -52088,8 +52401,8 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     double *range = r->setup->drawing.range[field];
     if (range[0] < range[1])
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s' twice", item);
-    PDI_TRY(pdi_read_drawing_end(r, from, unit, &range[0]));
-    PDI_TRY(pdi_read_drawing_end(r, dots + 2, unit, &range[1]));
+    PDI_TRY(pdi_read_drawing_end(r, "range", from, unit, &range[0]));
+    PDI_TRY(pdi_read_drawing_end(r, "range", dots + 2, unit, &range[1]));
     if (!(range[0] < range[1]) || !(range[1] - range[0] < HUGE_VAL))
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found %.6g .. %.6g of '%s', expected the smaller "
                                "value first", range[0], range[1], item);
@@ -52155,6 +52468,86 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
+/* ---- contours ---- */
+
+/* 1: the word is a number, or begins as one. */
+static int pdi_read_drawing_digit(const char *word)
+{
+    word += strspn(word, "+-.");
+    return *word >= '0' && *word <= '9';
+}
+
+/* "100 200 mol/m3": values with one unit behind them */
+static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, int field)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    char unit[PD_UNITS_TEXT], one[2 * PDI_READ_DRAWING_ITEM];
+    const char *behind = from, *name = pdi_setup_field_name((pd_field)field);
+    pdi_setup_field_unit((pd_field)field, unit);
+    while (behind += strspn(behind, " \t"), pdi_read_drawing_digit(behind)) behind += strcspn(behind, " \t");
+    for (const char *at = from; at < behind; at += strspn(at, " \t")) {
+        size_t length = strcspn(at, " \t");
+        if (drawing->contours[field] == PD_SETUP_CONTOURS)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found more than %d values of '%s'",
+                                   PD_SETUP_CONTOURS, name);
+        snprintf(one, sizeof one, "%.*s %s", (int)length, at, behind);
+        PDI_TRY(pdi_read_drawing_end(r, "contours", one, unit, &drawing->level[field][drawing->contours[field]++]));
+        at += length;
+    }
+    if (drawing->contours[field] > 0) return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found no value behind '%s at', expected some: "
+                           "%s at 1 2 %s", name, name, unit);
+}
+
+/* Lines can be drawn over the picture of the field. */
+static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
+{
+    const char *name = pdi_setup_field_name((pd_field)field);
+    if (!pdi_setup_field_metal((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s', which 'deformed' draws where the metal has "
+                           "moved to, expected a field of the fluid", name);
+}
+
+/* "C 8" or "C at 100 200 mol/m3" */
+static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    char unit[PD_UNITS_TEXT];
+    int field, count = 0;
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    from += strspn(from, " \t");
+    PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
+    PDI_TRY(pdi_read_drawing_still(r, "contours", field));
+    if (pdi_setup_field_numbered((pd_field)field))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
+                               item);
+    if (drawing->contours[field])
+        return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%s' twice", item);
+    if (strncmp(from, "at", 2) == 0 && (from[2] == ' ' || from[2] == '\t' || from[2] == '\0')) {
+        drawing->levels[field] = 1;
+        return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
+    }
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
+    drawing->contours[field] = count;
+    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    pdi_setup_field_unit((pd_field)field, unit);
+    return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
+                           "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
+}
+
+static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
 static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -52174,15 +52567,16 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells"};
+    static const char *const keys[] = {"map", "width", "cells", "contours"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 3; k++)
+    for (int k = 0; PD_DIM == 1 && k < 4; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
+    PDI_TRY(pdi_read_drawing_contours(r));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -52191,7 +52585,7 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
@@ -52935,8 +53329,8 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
-    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
     PDI_TRY(pdi_scene_deformed(s, section));
+    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);
@@ -54083,7 +54477,7 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
     double largest = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
@@ -54105,6 +54499,8 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
+    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;
 }
@@ -55342,17 +55738,10 @@ typedef struct pdi_images_head {
 
 /* ---- what is drawn ---- */
 
-/* Does the metal have the field? */
-static int pdi_images_metal(pd_field field)
-{
-    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
-}
-
 /* Is the metal drawn where it has moved to? */
 static int pdi_images_moved(const pd_images *im, pd_field field)
 {
-    return im->move && pdi_images_metal(field);
+    return im->move && pdi_setup_field_metal(field);
 }
 
 static int pdi_images_drawn(const pd_images *im, pd_field field)
@@ -55368,7 +55757,7 @@ static int pdi_images_log(const pd_images *im, pd_field field)
 static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = pdi_images_metal(field);
+    int solid = pdi_setup_field_metal(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -55601,6 +55990,8 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->log = pdi_images_log(im, field);
     picture->smooth = drawing->smooth;
     picture->width = drawing->width;
+    picture->contour_count = drawing->contours[field];
+    picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);

@@ -84,6 +84,19 @@ drawn "a width of nothing" 'width = 0' \
     "bad.scene:9: column 39: found 0, expected a whole number from 120 to 4000"
 drawn "unknown cells" 'cells = round' \
     "bad.scene:9: column 39: found 'round', expected one of blocky, smooth"
+drawn "contours of what is not drawn" 'contours = v 8' \
+    "bad.scene:9: contours: found 'v', expected one of the fields of 'images'"
+drawn "contours of labels" 'contours = kind 2' \
+    "bad.scene:9: contours: found 'kind', whose values have a colour each"
+drawn "no number of contours" 'contours = C 2.5' \
+    "bad.scene:9: contours: found '2.5' behind 'C', expected a number of lines from 1 to 32, or values: C at 1 2 \
+mol/m3"
+drawn "too many contours" 'contours = C 33' \
+    "bad.scene:9: contours: found '33' behind 'C', expected a number of lines from 1 to 32, or values: C at 1 2 \
+mol/m3"
+drawn "contours at no value" 'contours = C at mol\/m3' \
+    "bad.scene:9: contours: found no value behind 'C at', expected some: C at 1 2 mol/m3"
+drawn "contours twice" 'contours = C 8, C at 1 mol\/m3' "bad.scene:9: contours: found 'C' twice"
 drawn "no animation" 'animate = gif' \
     "bad.scene:9: column 41: found 'gif', expected one of no, yes, false, true, off, on"
 spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/' \

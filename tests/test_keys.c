@@ -110,7 +110,8 @@ static const char *const texts[] = {
     "[shape b] raw = m.raw  size = 2, 2  corner = 15 um, 15 um  cell = 1 um  kind = wall\n"
     "[transport] D = 1e-9 m2/s\n[dissolve] law = 1e-3/s  rate_scale = 2  charge = 2  threshold = 0.1  m = 3\n"
     "[run] until = 1 s  fraction = 0.1\n[output] prefix = a  folder = b  images = C, rate  range = C 0 .. 500 mol/m3\n"
-    "percentile = 98 %  log = rate  map = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
+    "percentile = 98 %  contours = C 3\n"
+    "log = rate  map = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
     BOX "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0\n[side x+] flow = outlet\n"
     WATER "order = 4\n[transport] D = 1e-9 m2/s  advection = upwind\n[run] until = 1 s\n"
     "[shape a] cylinder = y  centre = 10 um, 0  radius = 2 um\n[shape c] ball = 10 um, 10 um  radius = 2 um\n"

@@ -627,6 +627,87 @@ TEST(films_of_one_size)
     CHECK_INT(ctx.in_use, 0);
 }
 
+/* Lines of a linear field are straight and stand at their place: pixels, and coordinates of vectors. */
+TEST(contours_stand_at_their_place)
+{
+    enum { NX = 30, NY = 10, EACH = 20 };
+    double values[NX * NY], at[1] = {10.25};
+    pd_ctx ctx;
+    pd_image image, plain;
+    pd_picture picture;
+    int corner[4];
+    /* a line 1.5 pixels wide covers 3/4 of the pixels on both sides; below is its white rim */
+    uint32_t line = 0;
+    for (int shift = 0; shift < 24; shift += 8)
+        line |= (uint32_t)(0.75 * (PDI_CANVAS_INK >> shift & 255) + 0.25 * 255 + 0.5) << shift;
+    start(&ctx);
+    memset(&picture, 0, sizeof picture);
+    for (int k = 0; k < NX * NY; k++) values[k] = k % NX + 0.5;
+    picture.nx = NX;
+    picture.ny = NY;
+    picture.values = values;
+    picture.hi[0] = NX;
+    picture.hi[1] = NY;
+    picture.range_hi = NX;
+    picture.magnification = EACH;
+    if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &plain))) return;
+    uint32_t table[PDI_COLOUR_COUNT];
+    pdi_colour_table(PD_MAP_SEQUENTIAL, table);
+    count_colour(&plain, table[(int)(0.5 / NX * 255 + 0.5)], corner); /* the first column */
+    picture.contour_count = 1;
+    picture.contours = at;
+    if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
+    /* what is dark stands around x = 10.25 cells from the left edge, over the whole height */
+    for (int y = corner[1]; y < corner[1] + NY * EACH; y++) {
+        double ink = 0, moment = 0;
+        for (int x = corner[0] + 9 * EACH; x < corner[0] + 12 * EACH; x++) {
+            double share = pixel(&image, x, y) != pixel(&plain, x, y);
+            ink += share;
+            moment += share * (x + 0.5 - corner[0]);
+        }
+        CHECK_NEAR(moment / ink, 10.25 * EACH, 0.51);
+        CHECK(ink >= 3 && ink <= 5);
+    }
+    CHECK_INT(pixel(&image, corner[0] + 205, corner[1] + 50), line);
+    pdi_image_free(&ctx, &image);
+    /* the same as vectors */
+    CHECK_OK(&ctx, pd_picture_write(&ctx, DIRECTORY "/line.svg", &picture));
+    char *text = NULL, want[64];
+    size_t size = 0;
+    CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/line.svg", 1u << 24, &text, &size));
+    const char *path = strstr(text, "<path d=\"M");
+    int pieces = 0, misplaced = 0;
+    if (CHECK(path != NULL)) {
+        snprintf(want, sizeof want, "%d.00 ", corner[0] + 205);
+        for (const char *c = path + 9; *c && *c != '"'; c++)
+            if (*c == 'M' || *c == 'L') {
+                pieces++;
+                misplaced += strncmp(c + 1, want, strlen(want)) != 0;
+            }
+    }
+    CHECK(pieces >= 2 * NY);
+    CHECK_INT(misplaced, 0);
+    pdi_free(&ctx, size + 1, 1, &text);
+    remove(DIRECTORY "/line.svg");
+    /* evenly: two lines part the range in three */
+    picture.contours = NULL;
+    picture.contour_count = 2;
+    if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
+    for (int x = 0; x < NX * EACH; x++) {
+        int there = fabs(x + 0.5 - 10 * EACH) < 1 || fabs(x + 0.5 - 20 * EACH) < 1;
+        int far_off = fabs(x + 0.5 - 10 * EACH) > 3 && fabs(x + 0.5 - 20 * EACH) > 3;
+        uint32_t shown = pixel(&image, corner[0] + x, corner[1] + 50);
+        if (there) CHECK_INT(shown, line);
+        if (far_off) CHECK_INT(shown, pixel(&plain, corner[0] + x, corner[1] + 50));
+    }
+    pdi_image_free(&ctx, &image);
+    pdi_image_free(&ctx, &plain);
+    picture.map = PD_MAP_LABELS;
+    CHECK_INT(pdi_picture_draw(&ctx, &picture, &image), PD_ERR_ARGUMENT);
+    CHECK(strstr(ctx.message, "2 contours, expected 0 to 32, and none of labels") != NULL);
+    CHECK_INT(ctx.in_use, 0);
+}
+
 TEST(every_failing_allocation_is_reported)
 {
     double values[6] = {1, 2, 3, 4, 5, 6};
@@ -637,6 +718,7 @@ TEST(every_failing_allocation_is_reported)
     picture.nx = 3;
     picture.ny = 2;
     picture.values = values;
+    picture.contour_count = 2;
     picture.hi[0] = 3;
     picture.hi[1] = 2;
     int failures = 0;
@@ -668,4 +750,4 @@ TEST_MAIN(ENTRY(colours_are_ordered_by_lightness) ENTRY(ranges_of_nothing_less_t
           ENTRY(legends_of_labels) ENTRY(extreme_values_have_a_picture)
           ENTRY(a_picture_with_wrong_arguments_is_refused) ENTRY(a_curve_passes_through_its_points)
           ENTRY(points_have_their_spread) ENTRY(a_plot_copes_with_what_cannot_be_shown)
-          ENTRY(films_of_one_size) ENTRY(every_failing_allocation_is_reported))
+          ENTRY(films_of_one_size) ENTRY(contours_stand_at_their_place) ENTRY(every_failing_allocation_is_reported))

@@ -157,6 +157,15 @@ static int pdi_canvas_cut(double *pa, double *qa, double *pb, double *qb, double
     return 1;
 }
 
+/* A stroke covers this share of a pixel. */
+static void pdi_canvas_cover(pdi_canvas *canvas, int x, int y, double share)
+{
+    if (x < canvas->left || x >= canvas->right || y < canvas->top || y >= canvas->bottom) return;
+    uint8_t *cover = canvas->cover + (size_t)y * (size_t)canvas->image.width + (size_t)x;
+    uint8_t now = (uint8_t)(255.0 * share + 0.5);
+    if (now > *cover) *cover = now;
+}
+
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour)
 {
@@ -167,7 +176,8 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
         !pdi_canvas_cut(&ya, &xa, &yb, &xb, canvas->top - reach, canvas->bottom + reach))
         return;
     if (canvas->svg) {
-        pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
+        if (canvas->drawing) pdi_svg_stroke(canvas->svg, xa, ya, xb, yb);
+        else pdi_svg_line(canvas->svg, xa, ya, xb, yb, width, colour);
         return;
     }
     double dx = xb - xa, dy = yb - ya;
@@ -182,9 +192,44 @@ PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb,
         for (int j = (int)floor(centre - across); j <= (int)ceil(centre + across); j++) {
             int x = steep ? j : i, y = steep ? i : j;
             double cover = width / 2 + 0.5 - pdi_canvas_distance(x + 0.5, y + 0.5, xa, ya, dx, dy);
-            if (cover > 0) pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
+            if (!(cover > 0)) continue;
+            if (canvas->drawing) pdi_canvas_cover(canvas, x, y, fmin(cover, 1.0));
+            else pdi_canvas_blend(canvas, x, y, colour, fmin(cover, 1.0));
         }
     }
+}
+
+PDI_FN pd_status pdi_canvas_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour)
+{
+    size_t pixels = (size_t)canvas->image.width * (size_t)canvas->image.height;
+    if (canvas->svg) pdi_svg_path(canvas->svg);
+    else PDI_TRY(PDI_NEW(ctx, "picture", pixels, canvas->cover));
+    canvas->drawing = 1;
+    canvas->stroke = width;
+    canvas->ink = colour;
+    return PD_OK;
+}
+
+PDI_FN void pdi_canvas_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
+{
+    pdi_canvas_line(canvas, xa, ya, xb, yb, canvas->stroke, canvas->ink);
+}
+
+PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas)
+{
+    int width = canvas->image.width, height = canvas->image.height;
+    if (!canvas->drawing) return;
+    canvas->drawing = 0;
+    if (canvas->svg) {
+        pdi_svg_path_end(canvas->svg, canvas->stroke, canvas->ink);
+        return;
+    }
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            uint8_t cover = canvas->cover[(size_t)y * (size_t)width + (size_t)x];
+            if (cover) pdi_canvas_blend(canvas, x, y, canvas->ink, cover / 255.0);
+        }
+    PDI_DELETE(ctx, (size_t)width * (size_t)height, canvas->cover);
 }
 
 /* Text. A glyph is enlarged four times by the Scale2x rule, which rounds its diagonals, and halved again: the letters

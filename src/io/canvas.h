@@ -16,6 +16,10 @@ typedef struct pdi_canvas {
     pd_image image;               /* vectors: without pixels */
     pdi_svg *svg;                 /* NULL: pixels */
     int left, top, right, bottom; /* clip rectangle, right and bottom excluded */
+    int drawing;                  /* 1: a drawing of strokes is open */
+    uint8_t *cover;               /* [width * height] pixels: 1/255 of what it covers; NULL: none is open */
+    double stroke;                /* its width */
+    uint32_t ink;                 /* its colour */
 } pdi_canvas;
 
 /* Where a text stands relative to its anchor. */
@@ -42,6 +46,11 @@ PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, i
 /* Straight stroke with round ends; pixel centres lie at half-integers. */
 PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
                             uint32_t colour);
+/* Strokes of one width and colour that are painted once where they meet. Begin it, add strokes, end it, also after a
+ * failure in between. */
+PDI_FN pd_status pdi_canvas_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
+PDI_FN void pdi_canvas_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas);
 /* UTF-8 text of ASCII, µ, ·, °, × and raised digits; y is the top of the capitals. */
 PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* The same turned to read upward; x is the top of the capitals (their left side), y the anchor. */

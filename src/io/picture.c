@@ -1,6 +1,7 @@
 /* picture: see picture.h */
 #include "io/picture.h"
 #include "io/canvas.h"
+#include "io/contour.h"
 #include "io/label.h"
 #include "io/ticks.h"
 #include <math.h>
@@ -17,6 +18,8 @@
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
 #define PDI_PICTURE_BAR 22 /* width of the colour bar */
+#define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
+#define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
 
 /* How cells of one axis become pixels: `each` pixels a cell, or `merged` cells a pixel. */
 typedef struct pdi_picture_scale {
@@ -63,6 +66,9 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
                         p->range_lo);
     if ((int)p->map < 0 || (int)p->map > PD_MAP_VIRIDIS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
+    if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
+                        p->contour_count, PD_PICTURE_CONTOURS);
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -361,6 +367,82 @@ static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l,
         }
 }
 
+/* ---- lines of one value ---- */
+
+/* Where contour k stands on the bar: 0 to 1; beyond, colours do not show it. */
+static double pdi_picture_level(const pd_picture *p, const pdi_picture_layout *l, int k)
+{
+    if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
+    return l->axis_bar.log && !(p->contours[k] > 0) ? (double)NAN : pdi_ticks_place(&l->axis_bar, p->contours[k]);
+}
+
+typedef struct pdi_picture_pen {
+    const pdi_picture_layout *l;
+    pdi_canvas *canvas;
+} pdi_picture_pen;
+
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
+{
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+static void pdi_picture_piece(void *user, const double *a, const double *b)
+{
+    const pdi_picture_pen *pen = (const pdi_picture_pen *)user;
+    const pdi_picture_layout *l = pen->l;
+    int bottom = l->top + l->y.pixels;
+    pdi_canvas_stroke(pen->canvas, l->left + pdi_picture_pixel(&l->x, a[0]), bottom - pdi_picture_pixel(&l->y, a[1]),
+                      l->left + pdi_picture_pixel(&l->x, b[0]), bottom - pdi_picture_pixel(&l->y, b[1]));
+}
+
+/* Places on the bar; NaN where a cell has none. */
+static void pdi_picture_places(const pd_picture *p, const pdi_picture_layout *l, double *place)
+{
+    for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
+        int placed = pdi_picture_placed(p, l, k) && !isinf(p->values[k]);
+        place[k] = placed ? pdi_ticks_place(&l->axis_bar, p->values[k]) : (double)NAN;
+    }
+}
+
+static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l,
+                                      pdi_canvas *canvas)
+{
+    size_t cells = (size_t)p->nx * (size_t)p->ny;
+    double *place = NULL;
+    pd_status status = PD_OK;
+    if (!p->contour_count) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "picture", cells, place));
+    pdi_picture_places(p, l, place);
+    pdi_contour contour = {p->nx, p->ny, place};
+    pdi_picture_pen pen = {l, canvas};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_canvas_strokes(ctx, canvas, core ? PDI_PICTURE_LINE : PDI_PICTURE_RIM,
+                                    core ? PDI_CANVAS_INK : PDI_CANVAS_PAPER);
+        for (int k = 0; k < p->contour_count && status == PD_OK; k++)
+            pdi_contour_lines(&contour, pdi_picture_level(p, l, k), pdi_picture_piece, &pen);
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    pdi_canvas_unclip(canvas);
+    PDI_DELETE(ctx, cells, place);
+    return status;
+}
+
+/* Marks on the bar where contours stand. */
+static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    for (int k = 0; k < p->contour_count; k++) {
+        double place = pdi_picture_level(p, l, k);
+        if (!(place >= 0 && place <= 1)) continue;
+        int y = bottom - 1 - (int)(place * (l->y.pixels - 1) + 0.5);
+        int above = y > l->top ? y - 1 : y, below = y + 1 < bottom ? y + 2 : y + 1;
+        pdi_canvas_fill(canvas, l->bar, above, right, below, PDI_CANVAS_PAPER);
+        pdi_canvas_fill(canvas, l->bar, y, right, y + 1, PDI_CANVAS_INK);
+    }
+}
+
 /* The cells, among vectors an image. */
 static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                                    pdi_canvas *canvas)
@@ -374,7 +456,7 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return PD_OK;
+    return pdi_picture_contours(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -407,6 +489,7 @@ static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, co
         int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
         pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
     }
+    pdi_picture_levels(p, l, canvas);
     pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
     for (int k = 0; k < l->axis_bar.count; k++) {
         int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
@@ -505,6 +588,7 @@ PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_ima
 {
     pdi_canvas canvas;
     pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
     *image = canvas.image;
     return status;
 }

@@ -8,6 +8,7 @@
 #define PD_PICTURE_SQUAT 0.9 /* times that: pixels that its height aims at */
 #define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
 #define PD_PICTURE_MOST 4000 /* largest one */
+#define PD_PICTURE_CONTOURS 32 /* lines of one value, at most */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -36,6 +37,8 @@ typedef struct pd_picture {
     const char *const *names; /* [name_count] of the labels 0, 1, ..., in the legend; NULL: their numbers */
     const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
+    int contour_count;        /* lines of one value, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
+    const double *contours;   /* [contour_count] [-] their values; NULL: they part the range of colours evenly */
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)

@@ -14,14 +14,22 @@ static void pdi_svg_add(pdi_svg *svg, const void *data, size_t size)
 
 static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, text, strlen(text)); }
 
-/* name="value" of a length, whatever the locale. */
-static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+/* A length between two texts, whatever the locale. */
+static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
     long hundredths = lround(100.0 * fmax(-PDI_SVG_LARGEST, fmin(PDI_SVG_LARGEST, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
-    snprintf(text, sizeof text, " %s=\"%s%ld.%02ld\"", name, hundredths < 0 ? "-" : "", size / 100, size % 100);
+    snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
     pdi_svg_string(svg, text);
+}
+
+/* name="value" of a length. */
+static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+{
+    pdi_svg_string(svg, " ");
+    pdi_svg_string(svg, name);
+    pdi_svg_number(svg, "=\"", value, "\"");
 }
 
 static void pdi_svg_colour(pdi_svg *svg, const char *name, uint32_t colour)
@@ -76,6 +84,33 @@ PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double y
     pdi_svg_length(svg, "stroke-width", width);
     pdi_svg_colour(svg, "stroke", colour);
     pdi_svg_string(svg, " stroke-linecap=\"round\"/>\n");
+}
+
+PDI_FN void pdi_svg_path(pdi_svg *svg)
+{
+    svg->strokes = 0;
+    pdi_svg_string(svg, "<path d=\"");
+}
+
+PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb)
+{
+    if (!svg->strokes || xa != svg->at[0] || ya != svg->at[1]) {
+        pdi_svg_number(svg, "M", xa, " ");
+        pdi_svg_number(svg, "", ya, "");
+    }
+    pdi_svg_number(svg, "L", xb, " ");
+    pdi_svg_number(svg, "", yb, "");
+    svg->at[0] = xb;
+    svg->at[1] = yb;
+    svg->strokes++;
+}
+
+PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour)
+{
+    pdi_svg_string(svg, "\" fill=\"none\"");
+    pdi_svg_length(svg, "stroke-width", width);
+    pdi_svg_colour(svg, "stroke", colour);
+    pdi_svg_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
 /* Bytes of the letter of UTF-8 that stands there; 0: it is none, or one that XML does not have. */

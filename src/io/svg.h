@@ -11,6 +11,8 @@ typedef struct pdi_svg {
     pd_status status;
     int clips;   /* so far */
     int clipped; /* one is open */
+    double at[2]; /* end of the last stroke of a path */
+    int strokes;  /* of the open path */
 } pdi_svg;
 
 /* Colours 0xRRGGBB; lengths in pixels. */
@@ -18,6 +20,10 @@ PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg);
 PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
 PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
 PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
+/* A path of straight strokes, [M L]: begin, add, end. */
+PDI_FN void pdi_svg_path(pdi_svg *svg);
+PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour);
 /* anchor: "start", "middle", "end"; up: turned to read upward; (x, y): on the baseline. UTF-8; signs that XML does not
  * have become question marks. */
 PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int up, int bold, uint32_t colour,

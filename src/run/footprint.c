@@ -418,7 +418,7 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
     double largest = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
@@ -440,6 +440,8 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
+    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;
 }

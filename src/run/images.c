@@ -24,17 +24,10 @@ typedef struct pdi_images_head {
 
 /* ---- what is drawn ---- */
 
-/* Does the metal have the field? */
-static int pdi_images_metal(pd_field field)
-{
-    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
-}
-
 /* Is the metal drawn where it has moved to? */
 static int pdi_images_moved(const pd_images *im, pd_field field)
 {
-    return im->move && pdi_images_metal(field);
+    return im->move && pdi_setup_field_metal(field);
 }
 
 static int pdi_images_drawn(const pd_images *im, pd_field field)
@@ -50,7 +43,7 @@ static int pdi_images_log(const pd_images *im, pd_field field)
 static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = pdi_images_metal(field);
+    int solid = pdi_setup_field_metal(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
@@ -283,6 +276,8 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->log = pdi_images_log(im, field);
     picture->smooth = drawing->smooth;
     picture->width = drawing->width;
+    picture->contour_count = drawing->contours[field];
+    picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);

@@ -317,6 +317,8 @@ static const pd_key pdi_keys_of_output[] = {
      "of the pictures of fields and of the volume loss: `png`, `svg` or both"},
     {"animate", "-", "no",
      "`yes`: a film of each drawn field, `C_film.png`"},
+    {"contours", "of the field", "none",
+     "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},

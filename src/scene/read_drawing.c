@@ -39,8 +39,9 @@ static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, co
                            name);
 }
 
-/* One end of a range. */
-static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, const char *unit, double *value)
+/* One end of a range, or another value. */
+static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *key, const char *from, const char *unit,
+                                      double *value)
 {
     pd_expr expr;
     pd_expr_desc desc;
@@ -51,8 +52,8 @@ static pd_status pdi_read_drawing_end(pdi_read_drawing *r, const char *from, con
     desc.tables = r->text->tables;
     desc.table_count = r->text->table_count;
     desc.unit = unit;
-    desc.where = "range";
-    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, "range");
+    desc.where = key;
+    if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_named_files_fail(r->ctx, r->text, r->section, key);
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(r->ctx, &expr);
     return PD_OK;
@@ -78,8 +79,8 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     double *range = r->setup->drawing.range[field];
     if (range[0] < range[1])
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s' twice", item);
-    PDI_TRY(pdi_read_drawing_end(r, from, unit, &range[0]));
-    PDI_TRY(pdi_read_drawing_end(r, dots + 2, unit, &range[1]));
+    PDI_TRY(pdi_read_drawing_end(r, "range", from, unit, &range[0]));
+    PDI_TRY(pdi_read_drawing_end(r, "range", dots + 2, unit, &range[1]));
     if (!(range[0] < range[1]) || !(range[1] - range[0] < HUGE_VAL))
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found %.6g .. %.6g of '%s', expected the smaller "
                                "value first", range[0], range[1], item);
@@ -145,6 +146,86 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
+/* ---- contours ---- */
+
+/* 1: the word is a number, or begins as one. */
+static int pdi_read_drawing_digit(const char *word)
+{
+    word += strspn(word, "+-.");
+    return *word >= '0' && *word <= '9';
+}
+
+/* "100 200 mol/m3": values with one unit behind them */
+static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, int field)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    char unit[PD_UNITS_TEXT], one[2 * PDI_READ_DRAWING_ITEM];
+    const char *behind = from, *name = pdi_setup_field_name((pd_field)field);
+    pdi_setup_field_unit((pd_field)field, unit);
+    while (behind += strspn(behind, " \t"), pdi_read_drawing_digit(behind)) behind += strcspn(behind, " \t");
+    for (const char *at = from; at < behind; at += strspn(at, " \t")) {
+        size_t length = strcspn(at, " \t");
+        if (drawing->contours[field] == PD_SETUP_CONTOURS)
+            return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found more than %d values of '%s'",
+                                   PD_SETUP_CONTOURS, name);
+        snprintf(one, sizeof one, "%.*s %s", (int)length, at, behind);
+        PDI_TRY(pdi_read_drawing_end(r, "contours", one, unit, &drawing->level[field][drawing->contours[field]++]));
+        at += length;
+    }
+    if (drawing->contours[field] > 0) return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found no value behind '%s at', expected some: "
+                           "%s at 1 2 %s", name, name, unit);
+}
+
+/* Lines can be drawn over the picture of the field. */
+static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
+{
+    const char *name = pdi_setup_field_name((pd_field)field);
+    if (!pdi_setup_field_metal((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
+    return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s', which 'deformed' draws where the metal has "
+                           "moved to, expected a field of the fluid", name);
+}
+
+/* "C 8" or "C at 100 200 mol/m3" */
+static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    char unit[PD_UNITS_TEXT];
+    int field, count = 0;
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    from += strspn(from, " \t");
+    PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
+    PDI_TRY(pdi_read_drawing_still(r, "contours", field));
+    if (pdi_setup_field_numbered((pd_field)field))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
+                               item);
+    if (drawing->contours[field])
+        return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%s' twice", item);
+    if (strncmp(from, "at", 2) == 0 && (from[2] == ' ' || from[2] == '\t' || from[2] == '\0')) {
+        drawing->levels[field] = 1;
+        return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
+    }
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
+    drawing->contours[field] = count;
+    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    pdi_setup_field_unit((pd_field)field, unit);
+    return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
+                           "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
+}
+
+static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
 static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -164,15 +245,16 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells"};
+    static const char *const keys[] = {"map", "width", "cells", "contours"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 3; k++)
+    for (int k = 0; PD_DIM == 1 && k < 4; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
+    PDI_TRY(pdi_read_drawing_contours(r));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -181,7 +263,7 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;

@@ -539,8 +539,8 @@ static pd_status pdi_scene_output(pdi_reader *s)
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
-    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
     PDI_TRY(pdi_scene_deformed(s, section));
+    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
     PDI_TRY(pdi_scene_prefix(s, section));
     PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
     return pdi_scene_slice(s, section);

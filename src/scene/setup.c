@@ -217,6 +217,12 @@ PDI_FN int pdi_setup_field_numbered(pd_field field)
     return field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
 }
 
+PDI_FN int pdi_setup_field_metal(pd_field field)
+{
+    return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
+           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+}
+
 static int pdi_setup_stressed(const pd_setup *setup)
 {
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;

@@ -21,6 +21,7 @@
 #define PD_SETUP_MASKS 8 /* most masks */
 #define PD_SETUP_SURFACES 8 /* most surfaces of triangles */
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
+#define PD_SETUP_CONTOURS 32 /* most lines of one value in a picture */
 #define PD_SETUP_METALS 4 /* one of each material */
 #define PD_SETUP_RECORDS 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
@@ -244,6 +245,9 @@ typedef struct pd_setup_drawing {
     int smooth;                      /* 1: linear between the middles of cells */
     int animate;                     /* 1: a film of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
+    int contours[PD_FIELD_COUNT];    /* lines of one value */
+    int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
+    double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
 } pd_setup_drawing;
 
 typedef struct pd_setup {
@@ -385,6 +389,8 @@ PDI_FN const char *pdi_setup_field_label(pd_field field);
 PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
+/* 1: the metal has the field. */
+PDI_FN int pdi_setup_field_metal(pd_field field);
 /* Section of a kind of monitor: "line", ... */
 PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
 /* Why the field does not exist in this setup: "[flow]", "[transport]", ...; NULL: it does. */

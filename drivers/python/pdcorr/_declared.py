@@ -30,6 +30,7 @@ PD_MESSAGE_SIZE = 640
 PD_MONITOR_FIGURES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
+PD_PICTURE_CONTOURS = 32
 PD_PICTURE_LEAST = 120
 PD_PICTURE_MOST = 4000
 PD_PICTURE_SQUAT = 0.9
@@ -38,6 +39,7 @@ PD_PLOT_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
 PD_SCAFFOLD_LEVELS = 30
+PD_SETUP_CONTOURS = 32
 PD_SETUP_CORNERS = 32
 PD_SETUP_CUTS = 16
 PD_SETUP_GRIPS = 16
@@ -2233,6 +2235,8 @@ def declare(dim):
         ('names', POINTER(c_char_p)),
         ('colours', POINTER(c_uint32)),
         ('name_count', c_int),
+        ('contour_count', c_int),
+        ('contours', POINTER(c_double)),
     ]
 
     class pd_series(Structure):
@@ -2636,6 +2640,9 @@ def declare(dim):
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
+        ('contours', c_int * 23),
+        ('levels', c_int * 23),
+        ('level', c_double * 32 * 23),
     ]
 
     class pd_setup(Structure):
