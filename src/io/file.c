@@ -413,6 +413,7 @@ PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, 
     pd_status status = pdi_file_create(ctx, path, file);
     if (status == PD_OK) {
         status = pdi_file_copy(ctx, &from, length, file);
+        pdi_file_abandon(&from); /* Windows replaces no file that is open */
         if (status == PD_OK) status = pdi_file_commit(ctx, file);
         else pdi_file_abandon(file);
     }
