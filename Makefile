@@ -347,10 +347,10 @@ $(LOGS)/walk.log: $(BUILD)/check/libpdcorr2d.so
 $(LOGS)/python.log: $(DIMS:%=$(BUILD)/check/libpdcorr%d.so) $(wildcard drivers/python/*.py drivers/python/pdcorr/*.py)
 
 # ---- the amalgam under every compiler at hand
-COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k)
+COMPILERS := $(foreach k,$(DIMS),gcc-$k gcc-$k-fopenmp clang-$k clang-$k-fopenmp g++-$k clang++-$k msvc-$k msvc++-$k)
 COMPILER_LOGS := $(COMPILERS:%=$(LOGS)/compilers/%.log)
 
-check-compilers: ## compile the amalgam without a warning: gcc, clang, C99, C++11, OpenMP or not
+check-compilers: ## compile the amalgam without a warning: gcc, clang, C99, C++11, MSVC's dialect
 	@rm -rf $(LOGS)/compilers
 	+@$(MAKE) --no-print-directory $(COMPILER_LOGS)
 	@sh tools/sum.sh $(COMPILER_LOGS)

@@ -6634,6 +6634,15 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_INTERNAL
+/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. A FILE, or NULL and errno. */
+PDI_FN void *pdi_file_stream(const char *path, const char *mode);
+PDI_FN int pdi_file_is_separator(char c);
+PDI_FN int pdi_file_is_absolute(const char *path);
+#if defined(_WIN32)
+#define PDI_FILE_WIDE_SIZE (PD_PATH_SIZE + 8)
+/* wide[PDI_FILE_WIDE_SIZE], for functions of Windows; empty when the path is no UTF-8. Returns it. */
+PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide);
+#endif
 /* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
  * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
@@ -11752,7 +11761,7 @@ PDI_FN pd_status pdi_area_weights(pd_ctx *ctx, int count, const double *xi, cons
 #include <math.h>
 #include <string.h>
 
-#define PDI_STENCIL_MAX_M 12.0 /* largest horizon ratio */
+#define PDI_STENCIL_MAX_M 12 /* largest horizon ratio */
 
 static double pdi_stencil_lattice_length(const int *n)
 {
@@ -11958,7 +11967,7 @@ static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign,
  * alternatives, so that a solid without a way from face to face through it is tight, however thin. */
 static void pdi_stencil_path(pd_stencil *s, const int *n)
 {
-    pdi_crossing list[PD_DIM * (int)(PDI_STENCIL_MAX_M + 1.0)];
+    pdi_crossing list[PD_DIM * (PDI_STENCIL_MAX_M + 1)];
     int sign[PD_DIM], at[PD_DIM], count = 0;
     for (int d = 0; d < PD_DIM; d++) {
         int steps = n[d] < 0 ? -n[d] : n[d];
@@ -12059,7 +12068,7 @@ static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_s
     memset(stencil, 0, sizeof *stencil);
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
     if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %g", desc->m,
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %d", desc->m,
                         PDI_STENCIL_MAX_M);
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -39482,18 +39491,28 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
+#include <wchar.h>
 /* As in windows.h, which defines thousands of other names; rename() does not replace there. */
 #ifdef __cplusplus
-extern "C"
+extern "C" {
 #endif
-__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long flags);
+__declspec(dllimport) int __stdcall MoveFileExW(const wchar_t *from, const wchar_t *to, unsigned long flags);
+__declspec(dllimport) int __stdcall MultiByteToWideChar(unsigned page, unsigned long flags, const char *text, int size,
+                                                        wchar_t *wide, int room);
+#ifdef __cplusplus
+}
+#endif
+#define PDI_FILE_SEPARATORS "/\\"
 #else
 #include <unistd.h>
+#define PDI_FILE_SEPARATORS "/"
 #endif
+#define PDI_FILE_HELD (-1) /* no number of the C library */
 
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path,
+                    error == PDI_FILE_HELD ? "another program has it open, or it is read-only" :
                     error ? strerror(error) : "unknown reason");
 }
 
@@ -39506,13 +39525,56 @@ static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
+/* Paths are UTF-8. Windows has functions of its own for them: those of the C library take a code page there. */
+
+#if defined(_WIN32)
+PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
+{
+    const unsigned utf8 = 65001; /* CP_UTF8 */
+    if (!MultiByteToWideChar(utf8, 0, path, -1, wide, PDI_FILE_WIDE_SIZE)) wide[0] = 0;
+    return wide;
+}
+#endif
+
+PDI_FN void *pdi_file_stream(const char *path, const char *mode)
+{
+#if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE], letters[4] = {0};
+    for (int k = 0; k < 3 && mode[k]; k++) letters[k] = (wchar_t)mode[k];
+    return _wfopen(pdi_file_wide(path, wide), letters);
+#else
+    return fopen(path, mode);
+#endif
+}
+
+static void pdi_file_delete(const char *path)
+{
+#if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    _wremove(pdi_file_wide(path, wide));
+#else
+    remove(path);
+#endif
+}
+
 /* Directories. */
+
+PDI_FN int pdi_file_is_separator(char c) { return c && strchr(PDI_FILE_SEPARATORS, c) != NULL; }
+
+PDI_FN int pdi_file_is_absolute(const char *path)
+{
+#if defined(_WIN32)
+    if (path[0] && path[1] == ':') return 1;
+#endif
+    return pdi_file_is_separator(path[0]);
+}
 
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
     struct _stat info;
-    return _stat(path, &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
+    return _wstat(pdi_file_wide(path, wide), &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
 #else
     struct stat info;
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
@@ -39525,7 +39587,8 @@ static int pdi_file_mkdir(const char *path)
     int error = 0;
     errno = 0;
 #if defined(_WIN32)
-    if (_mkdir(path) != 0) error = errno ? errno : EACCES;
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    if (_wmkdir(pdi_file_wide(path, wide)) != 0) error = errno ? errno : EACCES;
 #else
     if (mkdir(path, 0777) != 0) error = errno ? errno : EACCES;
 #endif
@@ -39539,21 +39602,28 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     strcpy(partial, path);
     /* Failures on the way up are left to the last call: a parent may exist and be closed to us. */
     for (size_t i = 1; partial[i]; i++) {
-        if (partial[i] != '/') continue;
+        char separator = partial[i];
+        if (!pdi_file_is_separator(separator)) continue;
         partial[i] = 0;
         (void)pdi_file_mkdir(partial);
-        partial[i] = '/';
+        partial[i] = separator;
     }
     int error = pdi_file_mkdir(path);
     if (error) return pdi_file_fail(ctx, "make the directory", path, error);
     return PD_OK;
 }
 
+/* Nothing can be made in that directory. */
+static int pdi_file_is_closed(const char *path)
+{
+    errno = 0;
 #if defined(_WIN32)
-#define PDI_FILE_CLOSED(path) (_access(path, 2) != 0)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    return _waccess(pdi_file_wide(path, wide), 2) != 0;
 #else
-#define PDI_FILE_CLOSED(path) (access(path, W_OK | X_OK) != 0)
+    return access(path, W_OK | X_OK) != 0;
 #endif
+}
 
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
 {
@@ -39562,20 +39632,17 @@ PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
     strcpy(above, path);
     /* the deepest directory that is there */
     for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
-        FILE *other = fopen(above, "rb");
+        FILE *other = (FILE *)pdi_file_stream(above, "rb");
         if (other) fclose(other);
         if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
-        while (end > 0 && above[end - 1] != '/') end--;
-        while (end > 1 && above[end - 1] == '/') end--;
+        while (end > 0 && !pdi_file_is_separator(above[end - 1])) end--;
+        while (end > 1 && pdi_file_is_separator(above[end - 1])) end--;
         if (end == 0) strcpy(above, ".");
         if (end == 0) break;
     }
-    errno = 0;
-    if (PDI_FILE_CLOSED(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
+    if (pdi_file_is_closed(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
     return PD_OK;
 }
-
-#undef PDI_FILE_CLOSED
 
 PDI_FN int pdi_file_below(const char *path)
 {
@@ -39596,7 +39663,7 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
     memcpy(path, directory, length);
-    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    if (length > 0 && !pdi_file_is_separator(directory[length - 1])) path[length++] = '/';
     memcpy(path + length, name, size);
     return PD_OK;
 }
@@ -39657,7 +39724,7 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
     *size = 0;
     PDI_TRY(pdi_file_check_path(ctx, path));
     errno = 0;
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = (FILE *)pdi_file_stream(path, "rb");
     if (!stream) return pdi_file_fail(ctx, "open", path, errno);
     pd_status status = PDI_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
@@ -39682,7 +39749,7 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     strcpy(file->path, path);
     snprintf(file->part, sizeof file->part, "%s.part", path);
     errno = 0;
-    file->stream = fopen(file->part, "wb");
+    file->stream = pdi_file_stream(file->part, "wb");
     if (!file->stream) return pdi_file_fail(ctx, "create", file->part, errno);
     return PD_OK;
 }
@@ -39694,7 +39761,7 @@ static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     errno = 0;
-    file->stream = fopen(path, mode);
+    file->stream = pdi_file_stream(path, mode);
     if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
     return PD_OK;
 }
@@ -39733,7 +39800,8 @@ static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
     const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
-    return MoveFileExA(from, to, replace) ? 0 : EACCES;
+    wchar_t wide[PDI_FILE_WIDE_SIZE], target[PDI_FILE_WIDE_SIZE];
+    return MoveFileExW(pdi_file_wide(from, wide), pdi_file_wide(to, target), replace) ? 0 : PDI_FILE_HELD;
 #else
     errno = 0;
     if (rename(from, to) == 0) return 0;
@@ -39764,7 +39832,7 @@ PDI_FN void pdi_file_abandon(pd_file *file)
 {
     if (file->stream) fclose((FILE *)file->stream);
     file->stream = NULL;
-    if (file->part[0]) remove(file->part);
+    if (file->part[0]) pdi_file_delete(file->part);
     file->part[0] = 0;
 }
 
@@ -39772,8 +39840,8 @@ PDI_FN void pdi_file_remove(const char *path)
 {
     char part[PD_PATH_SIZE + 8];
     snprintf(part, sizeof part, "%s.part", path);
-    remove(part);
-    remove(path);
+    pdi_file_delete(part);
+    pdi_file_delete(path);
 }
 
 /* Going on, and reading piece by piece. */
@@ -39827,6 +39895,7 @@ PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, 
     pd_status status = pdi_file_create(ctx, path, file);
     if (status == PD_OK) {
         status = pdi_file_copy(ctx, &from, length, file);
+        pdi_file_abandon(&from); /* Windows replaces no file that is open */
         if (status == PD_OK) status = pdi_file_commit(ctx, file);
         else pdi_file_abandon(file);
     }
@@ -39875,6 +39944,9 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
     *value = strtod(copy, &end);
     return end == copy + used;
 }
+
+#undef PDI_FILE_SEPARATORS
+#undef PDI_FILE_HELD
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
@@ -40980,6 +41052,7 @@ pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
 #include <fcntl.h>
 #include <io.h>
 #include <process.h>
+#include <wchar.h>
 #else
 #include <fcntl.h>
 #include <sys/file.h>
@@ -41001,11 +41074,13 @@ typedef enum pdi_folder_state {
 #if defined(_WIN32)
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
     struct _stat info;
-    if (!make) return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
-    *lock = _open(path, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
+    pdi_file_wide(path, wide);
+    if (!make) return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
+    *lock = _wopen(wide, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
     if (*lock >= 0) return PDI_FOLDER_OURS;
-    return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
+    return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
 }
 
 static long pdi_folder_process(void) { return (long)_getpid(); }
@@ -41077,7 +41152,7 @@ static void pdi_folder_drop(const char *path, int lock)
 static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
-    FILE *file = fopen(lock, "r");
+    FILE *file = (FILE *)pdi_file_stream(lock, "r");
     if (file && !fgets(number, sizeof number, file)) number[0] = '\0';
     if (file) fclose(file);
     return pdi_fail(ctx, PD_ERR_STATE, "folder",
@@ -41128,7 +41203,7 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
     PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
-    FILE *there = fopen(path, "rb");
+    FILE *there = (FILE *)pdi_file_stream(path, "rb");
     *found = there != NULL;
     memset(file, 0, sizeof *file);
     if (!there) return PD_OK;
@@ -41148,7 +41223,7 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_folder_line(file, name)) {
         if (!pdi_folder_own(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
-        FILE *there = fopen(path, "rb");
+        FILE *there = (FILE *)pdi_file_stream(path, "rb");
         if (there) fclose(there);
         f->removed += there != NULL;
         pdi_file_remove(path);
@@ -41230,7 +41305,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
-    FILE *there = fopen(list, "rb");
+    FILE *there = (FILE *)pdi_file_stream(list, "rb");
     if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
     return pdi_folder_claim(ctx, f);
@@ -44297,8 +44372,8 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 /* The name as seen from the directory of the collection. */
 static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
 {
-    const char *slash = strrchr(pvd->path, '/');
-    size_t length = slash ? (size_t)(slash - pvd->path) + 1 : 0;
+    size_t length = strlen(pvd->path);
+    while (length > 0 && !pdi_file_is_separator(pvd->path[length - 1])) length--;
     return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
 }
 
@@ -49587,7 +49662,7 @@ PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, c
 {
     const char *name;
     PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &name));
-    size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
+    size_t above = pdi_file_is_absolute(name) ? 0 : strlen(folder), size = strlen(name) + 1;
     if (above + size > PD_PATH_SIZE) return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
@@ -58215,7 +58290,6 @@ static pd_status pdi_run_recall(pdi_run *r)
 static pd_status pdi_run_read(pdi_run *r)
 {
     pd_store store;
-    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
     if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);

@@ -6,7 +6,9 @@
 #if defined(_WIN32)
 #include <windows.h>
 #include <psapi.h>
+#include <shellapi.h>
 #include <io.h>
+#include <stdlib.h>
 #elif defined(__wasi__)
 #include <unistd.h>
 #else
@@ -50,6 +52,25 @@ static long processors(void)
 }
 
 static int is_terminal(void) { return _isatty(2); }
+
+/* The arguments as UTF-8, which the library takes; argv where that fails. They stay until the program ends. */
+static char **arguments(int *argc, char **argv)
+{
+    int count = 0;
+    LPWSTR *wide = CommandLineToArgvW(GetCommandLineW(), &count);
+    char **narrow = wide ? (char **)calloc((size_t)count + 1, sizeof *narrow) : NULL;
+    for (int k = 0; k < count && narrow; k++) {
+        int size = WideCharToMultiByte(CP_UTF8, 0, wide[k], -1, NULL, 0, NULL, NULL);
+        narrow[k] = size > 0 ? (char *)malloc((size_t)size) : NULL;
+        if (!narrow[k]) return argv;
+        WideCharToMultiByte(CP_UTF8, 0, wide[k], -1, narrow[k], size, NULL, NULL);
+    }
+    if (!narrow) return argv;
+    LocalFree(wide);
+    SetConsoleOutputCP(CP_UTF8);
+    *argc = count;
+    return narrow;
+}
 #else
 static double seconds(clockid_t clock)
 {

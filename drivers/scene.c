@@ -710,6 +710,9 @@ static int act(int argc, char **argv, options *o)
 int main(int argc, char **argv)
 {
     options o;
+#if defined(_WIN32)
+    argv = arguments(&argc, argv);
+#endif
     int status = act(argc, argv, &o);
     int lost = fflush(stdout) != 0;
     if (!ferror(stdout) && !lost) return status;

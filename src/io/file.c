@@ -9,18 +9,28 @@
 #if defined(_WIN32)
 #include <direct.h>
 #include <io.h>
+#include <wchar.h>
 /* As in windows.h, which defines thousands of other names; rename() does not replace there. */
 #ifdef __cplusplus
-extern "C"
+extern "C" {
 #endif
-__declspec(dllimport) int __stdcall MoveFileExA(const char *from, const char *to, unsigned long flags);
+__declspec(dllimport) int __stdcall MoveFileExW(const wchar_t *from, const wchar_t *to, unsigned long flags);
+__declspec(dllimport) int __stdcall MultiByteToWideChar(unsigned page, unsigned long flags, const char *text, int size,
+                                                        wchar_t *wide, int room);
+#ifdef __cplusplus
+}
+#endif
+#define PDI_FILE_SEPARATORS "/\\"
 #else
 #include <unistd.h>
+#define PDI_FILE_SEPARATORS "/"
 #endif
+#define PDI_FILE_HELD (-1) /* no number of the C library */
 
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path,
+                    error == PDI_FILE_HELD ? "another program has it open, or it is read-only" :
                     error ? strerror(error) : "unknown reason");
 }
 
@@ -33,13 +43,56 @@ static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
     return PD_OK;
 }
 
+/* Paths are UTF-8. Windows has functions of its own for them: those of the C library take a code page there. */
+
+#if defined(_WIN32)
+PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
+{
+    const unsigned utf8 = 65001; /* CP_UTF8 */
+    if (!MultiByteToWideChar(utf8, 0, path, -1, wide, PDI_FILE_WIDE_SIZE)) wide[0] = 0;
+    return wide;
+}
+#endif
+
+PDI_FN void *pdi_file_stream(const char *path, const char *mode)
+{
+#if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE], letters[4] = {0};
+    for (int k = 0; k < 3 && mode[k]; k++) letters[k] = (wchar_t)mode[k];
+    return _wfopen(pdi_file_wide(path, wide), letters);
+#else
+    return fopen(path, mode);
+#endif
+}
+
+static void pdi_file_delete(const char *path)
+{
+#if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    _wremove(pdi_file_wide(path, wide));
+#else
+    remove(path);
+#endif
+}
+
 /* Directories. */
+
+PDI_FN int pdi_file_is_separator(char c) { return c && strchr(PDI_FILE_SEPARATORS, c) != NULL; }
+
+PDI_FN int pdi_file_is_absolute(const char *path)
+{
+#if defined(_WIN32)
+    if (path[0] && path[1] == ':') return 1;
+#endif
+    return pdi_file_is_separator(path[0]);
+}
 
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
     struct _stat info;
-    return _stat(path, &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
+    return _wstat(pdi_file_wide(path, wide), &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
 #else
     struct stat info;
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
@@ -52,7 +105,8 @@ static int pdi_file_mkdir(const char *path)
     int error = 0;
     errno = 0;
 #if defined(_WIN32)
-    if (_mkdir(path) != 0) error = errno ? errno : EACCES;
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    if (_wmkdir(pdi_file_wide(path, wide)) != 0) error = errno ? errno : EACCES;
 #else
     if (mkdir(path, 0777) != 0) error = errno ? errno : EACCES;
 #endif
@@ -66,21 +120,28 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
     strcpy(partial, path);
     /* Failures on the way up are left to the last call: a parent may exist and be closed to us. */
     for (size_t i = 1; partial[i]; i++) {
-        if (partial[i] != '/') continue;
+        char separator = partial[i];
+        if (!pdi_file_is_separator(separator)) continue;
         partial[i] = 0;
         (void)pdi_file_mkdir(partial);
-        partial[i] = '/';
+        partial[i] = separator;
     }
     int error = pdi_file_mkdir(path);
     if (error) return pdi_file_fail(ctx, "make the directory", path, error);
     return PD_OK;
 }
 
+/* Nothing can be made in that directory. */
+static int pdi_file_is_closed(const char *path)
+{
+    errno = 0;
 #if defined(_WIN32)
-#define PDI_FILE_CLOSED(path) (_access(path, 2) != 0)
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    return _waccess(pdi_file_wide(path, wide), 2) != 0;
 #else
-#define PDI_FILE_CLOSED(path) (access(path, W_OK | X_OK) != 0)
+    return access(path, W_OK | X_OK) != 0;
 #endif
+}
 
 PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
 {
@@ -89,20 +150,17 @@ PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
     strcpy(above, path);
     /* the deepest directory that is there */
     for (size_t end = strlen(above); !pdi_file_is_directory(above); above[end] = 0) {
-        FILE *other = fopen(above, "rb");
+        FILE *other = (FILE *)pdi_file_stream(above, "rb");
         if (other) fclose(other);
         if (other) return pdi_file_fail(ctx, "make the directory", path, ENOTDIR);
-        while (end > 0 && above[end - 1] != '/') end--;
-        while (end > 1 && above[end - 1] == '/') end--;
+        while (end > 0 && !pdi_file_is_separator(above[end - 1])) end--;
+        while (end > 1 && pdi_file_is_separator(above[end - 1])) end--;
         if (end == 0) strcpy(above, ".");
         if (end == 0) break;
     }
-    errno = 0;
-    if (PDI_FILE_CLOSED(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
+    if (pdi_file_is_closed(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
     return PD_OK;
 }
-
-#undef PDI_FILE_CLOSED
 
 PDI_FN int pdi_file_below(const char *path)
 {
@@ -123,7 +181,7 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
         return pdi_fail(ctx, PD_ERR_SIZE, "file", "the path '%.60s.../%.60s' is longer than %d characters", directory,
                         name, PD_PATH_SIZE - 1);
     memcpy(path, directory, length);
-    if (length > 0 && directory[length - 1] != '/') path[length++] = '/';
+    if (length > 0 && !pdi_file_is_separator(directory[length - 1])) path[length++] = '/';
     memcpy(path + length, name, size);
     return PD_OK;
 }
@@ -184,7 +242,7 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
     *size = 0;
     PDI_TRY(pdi_file_check_path(ctx, path));
     errno = 0;
-    FILE *stream = fopen(path, "rb");
+    FILE *stream = (FILE *)pdi_file_stream(path, "rb");
     if (!stream) return pdi_file_fail(ctx, "open", path, errno);
     pd_status status = PDI_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
@@ -209,7 +267,7 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     strcpy(file->path, path);
     snprintf(file->part, sizeof file->part, "%s.part", path);
     errno = 0;
-    file->stream = fopen(file->part, "wb");
+    file->stream = pdi_file_stream(file->part, "wb");
     if (!file->stream) return pdi_file_fail(ctx, "create", file->part, errno);
     return PD_OK;
 }
@@ -221,7 +279,7 @@ static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, const char *mode
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
     errno = 0;
-    file->stream = fopen(path, mode);
+    file->stream = pdi_file_stream(path, mode);
     if (!file->stream) return pdi_file_fail(ctx, verb, path, errno);
     return PD_OK;
 }
@@ -260,7 +318,8 @@ static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
     const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
-    return MoveFileExA(from, to, replace) ? 0 : EACCES;
+    wchar_t wide[PDI_FILE_WIDE_SIZE], target[PDI_FILE_WIDE_SIZE];
+    return MoveFileExW(pdi_file_wide(from, wide), pdi_file_wide(to, target), replace) ? 0 : PDI_FILE_HELD;
 #else
     errno = 0;
     if (rename(from, to) == 0) return 0;
@@ -291,7 +350,7 @@ PDI_FN void pdi_file_abandon(pd_file *file)
 {
     if (file->stream) fclose((FILE *)file->stream);
     file->stream = NULL;
-    if (file->part[0]) remove(file->part);
+    if (file->part[0]) pdi_file_delete(file->part);
     file->part[0] = 0;
 }
 
@@ -299,8 +358,8 @@ PDI_FN void pdi_file_remove(const char *path)
 {
     char part[PD_PATH_SIZE + 8];
     snprintf(part, sizeof part, "%s.part", path);
-    remove(part);
-    remove(path);
+    pdi_file_delete(part);
+    pdi_file_delete(path);
 }
 
 /* Going on, and reading piece by piece. */
@@ -354,6 +413,7 @@ PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, 
     pd_status status = pdi_file_create(ctx, path, file);
     if (status == PD_OK) {
         status = pdi_file_copy(ctx, &from, length, file);
+        pdi_file_abandon(&from); /* Windows replaces no file that is open */
         if (status == PD_OK) status = pdi_file_commit(ctx, file);
         else pdi_file_abandon(file);
     }
@@ -402,3 +462,6 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
     *value = strtod(copy, &end);
     return end == copy + used;
 }
+
+#undef PDI_FILE_SEPARATORS
+#undef PDI_FILE_HELD

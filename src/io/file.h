@@ -27,6 +27,15 @@ PD_API pd_status pd_file_make_directory(pd_ctx *ctx, const char *path);
 /* path[PD_PATH_SIZE] = "directory/name"; an empty directory gives the name. PD_ERR_SIZE when it does not fit. */
 PD_API pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, char *path);
 #ifdef PDI_INTERNAL
+/* Paths are UTF-8 with '/', on Windows with '\\', too, and with drives. A FILE, or NULL and errno. */
+PDI_FN void *pdi_file_stream(const char *path, const char *mode);
+PDI_FN int pdi_file_is_separator(char c);
+PDI_FN int pdi_file_is_absolute(const char *path);
+#if defined(_WIN32)
+#define PDI_FILE_WIDE_SIZE (PD_PATH_SIZE + 8)
+/* wide[PDI_FILE_WIDE_SIZE], for functions of Windows; empty when the path is no UTF-8. Returns it. */
+PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide);
+#endif
 /* name[PD_PATH_SIZE] = "corr_000012_t6.1s.vti" from prefix "corr", frame 12 (0..999999), time 6.1 [s] >= 0 (one to
  * six decimals, as many as it needs) and extension "vti". PD_ERR_ARGUMENT, PD_ERR_SIZE. */
 PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,

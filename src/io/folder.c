@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <io.h>
 #include <process.h>
+#include <wchar.h>
 #else
 #include <fcntl.h>
 #include <sys/file.h>
@@ -30,11 +31,13 @@ typedef enum pdi_folder_state {
 #if defined(_WIN32)
 static pdi_folder_state pdi_folder_take(const char *path, int make, int *lock)
 {
+    wchar_t wide[PDI_FILE_WIDE_SIZE];
     struct _stat info;
-    if (!make) return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
-    *lock = _open(path, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
+    pdi_file_wide(path, wide);
+    if (!make) return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_GONE;
+    *lock = _wopen(wide, _O_CREAT | _O_EXCL | _O_RDWR | _O_TEMPORARY, _S_IREAD | _S_IWRITE);
     if (*lock >= 0) return PDI_FOLDER_OURS;
-    return _stat(path, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
+    return _wstat(wide, &info) == 0 ? PDI_FOLDER_BUSY : PDI_FOLDER_ERROR;
 }
 
 static long pdi_folder_process(void) { return (long)_getpid(); }
@@ -106,7 +109,7 @@ static void pdi_folder_drop(const char *path, int lock)
 static pd_status pdi_folder_in_use(pd_ctx *ctx, const char *folder, const char *lock)
 {
     char number[24] = "";
-    FILE *file = fopen(lock, "r");
+    FILE *file = (FILE *)pdi_file_stream(lock, "r");
     if (file && !fgets(number, sizeof number, file)) number[0] = '\0';
     if (file) fclose(file);
     return pdi_fail(ctx, PD_ERR_STATE, "folder",
@@ -157,7 +160,7 @@ static pd_status pdi_folder_head(pd_ctx *ctx, const char *folder, pd_file *file,
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
     PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
-    FILE *there = fopen(path, "rb");
+    FILE *there = (FILE *)pdi_file_stream(path, "rb");
     *found = there != NULL;
     memset(file, 0, sizeof *file);
     if (!there) return PD_OK;
@@ -177,7 +180,7 @@ static void pdi_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_folder_line(file, name)) {
         if (!pdi_folder_own(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
-        FILE *there = fopen(path, "rb");
+        FILE *there = (FILE *)pdi_file_stream(path, "rb");
         if (there) fclose(there);
         f->removed += there != NULL;
         pdi_file_remove(path);
@@ -259,7 +262,7 @@ PDI_FN pd_status pdi_folder_lock(pd_ctx *ctx, const char *path, const char *run,
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_folder_init(ctx, path, run, f));
     PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
-    FILE *there = fopen(list, "rb");
+    FILE *there = (FILE *)pdi_file_stream(list, "rb");
     if (!there) return PD_OK; /* nothing to go on with: reading the checkpoint fails later, with a message */
     fclose(there);
     return pdi_folder_claim(ctx, f);

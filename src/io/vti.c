@@ -248,8 +248,8 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 /* The name as seen from the directory of the collection. */
 static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
 {
-    const char *slash = strrchr(pvd->path, '/');
-    size_t length = slash ? (size_t)(slash - pvd->path) + 1 : 0;
+    size_t length = strlen(pvd->path);
+    while (length > 0 && !pdi_file_is_separator(pvd->path[length - 1])) length--;
     return length && strncmp(pvd->path, file, length) == 0 ? file + length : file;
 }
 

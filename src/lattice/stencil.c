@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_STENCIL_MAX_M 12.0 /* largest horizon ratio */
+#define PDI_STENCIL_MAX_M 12 /* largest horizon ratio */
 
 static double pdi_stencil_lattice_length(const int *n)
 {
@@ -212,7 +212,7 @@ static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign,
  * alternatives, so that a solid without a way from face to face through it is tight, however thin. */
 static void pdi_stencil_path(pd_stencil *s, const int *n)
 {
-    pdi_crossing list[PD_DIM * (int)(PDI_STENCIL_MAX_M + 1.0)];
+    pdi_crossing list[PD_DIM * (PDI_STENCIL_MAX_M + 1)];
     int sign[PD_DIM], at[PD_DIM], count = 0;
     for (int d = 0; d < PD_DIM; d++) {
         int steps = n[d] < 0 ? -n[d] : n[d];
@@ -313,7 +313,7 @@ static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_s
     memset(stencil, 0, sizeof *stencil);
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
     if (!(desc->m >= 0.0) || stencil->m < 1.0 || stencil->m > PDI_STENCIL_MAX_M)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %g", desc->m,
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "stencil", "the horizon ratio m is %g, expected 1 to %d", desc->m,
                         PDI_STENCIL_MAX_M);
     stencil->volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) {

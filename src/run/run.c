@@ -203,7 +203,6 @@ static pd_status pdi_run_read(pdi_run *r)
 {
     pd_store store;
     PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
-    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
     pd_status status = pdi_run_store(r, &store.archive);
     if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);

@@ -7,7 +7,7 @@ PDI_FN pd_status pdi_named_files_path(pd_ctx *ctx, pd_text *text, int section, c
 {
     const char *name;
     PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &name));
-    size_t above = name[0] == '/' ? 0 : strlen(folder), size = strlen(name) + 1;
+    size_t above = pdi_file_is_absolute(name) ? 0 : strlen(folder), size = strlen(name) + 1;
     if (above + size > PD_PATH_SIZE) return pdi_text_refuse(ctx, text, section, key, "the path is too long");
     memcpy(path, folder, above + 1);
     memcpy(path + above, name, size);
