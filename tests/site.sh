@@ -8,7 +8,7 @@ sh tools/site.sh "$dir/site" > "$dir/log" 2>&1
 status=$?
 [ $status != 3 ] || skip_all "$(cat "$dir/log")"
 verdict "the site builds" $status
-check "the start page" grep -q "Three ways in" "$dir/site/index.html"
+check "the start page" grep -q "Four ways in" "$dir/site/index.html"
 check "a page for a room of the header" grep -q 'id="pd-grid-build"' "$dir/site/api/lattice.html"
 check "the keys of the parser" grep -q "<code.*boundary_width" "$dir/site/keys.html"
 [ "$(grep -c '<div class="math' "$dir/site/theory.html")" -gt 140 ]

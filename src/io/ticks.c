@@ -53,7 +53,7 @@ static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + most - 1) / most;
     int plain = first >= -3 && last <= 5;
-    char label[PDI_NUMBER_SIZE], power[32];
+    char label[PDI_NUMBER_SIZE], power[24];
     if (skip < 1) skip = 1;
     for (int e = first; e <= last; e++)
         for (int k = 1; k < (decades > 8 ? 2 : 10); k++) {
