@@ -84,6 +84,10 @@
  *     spectrum   how long explicit steps of a flow with sound may be.
  *     unsteady   time-dependent weakly compressible flow, explicit.
  *     gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
+ *   chemistry/
+ *     species    what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s).
+ *     reaction   a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates.
+ *     activity   coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4).
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     conductance conductances of the bonds of rows, found anew where nodes have turned.
@@ -227,8 +231,9 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
- *                          stay
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
+ *                          lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -317,7 +322,7 @@
 #define PDI_FN extern
 #endif
 #elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
-    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -3232,6 +3237,124 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>chemistry/species.h ======== */
+/* species: what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s). */
+#ifndef PD_SPECIES_H
+#define PD_SPECIES_H
+
+#define PD_SPECIES_MOST 32     /* species of a system */
+#define PD_SPECIES_NAME 24     /* [byte] of a name with its end */
+#define PD_SPECIES_ELEMENTS 8  /* different ones in a species */
+
+typedef enum pd_phase {
+    PD_PHASE_SOLUTE = 0,
+    PD_PHASE_SOLVENT, /* H2O: its activity is 1 */
+    PD_PHASE_SOLID,   /* name(s): its activity is 1 where it is present */
+    PD_PHASE_GAS,     /* name(g) */
+    PD_PHASE_ELECTRON /* e- */
+} pd_phase;
+
+typedef struct pd_species_desc {
+    const char *name;    /* Mg2+, OH-, SO4^2-, SO4-2, CaCO3, Mg(OH)2(s), CaHPO4:2H2O(s), e- */
+    const char *formula; /* without charge, of a name that is none, as C6H12O6 of glucose; NULL: the name is one */
+    int has_charge;      /* 1: charge is given; it has to be that of the name, where this is a formula */
+    int charge;          /* [-] */
+    double diffusivity;  /* [m2/s] at 25 C; 0: not known */
+} pd_species_desc;
+
+typedef struct pd_species {
+    char name[PD_SPECIES_NAME];
+    int charge;  /* [-] */
+    pd_phase phase;
+    int elements;
+    int element[PD_SPECIES_ELEMENTS]; /* atomic numbers, each once */
+    int count[PD_SPECIES_ELEMENTS];   /* atoms in one unit */
+    double diffusivity;               /* [m2/s] at 25 C; 0: not known */
+} pd_species;
+
+#define pd_species_read PD_NAME(pd_species_read)
+
+/* Read a species. The charge is the end of the name: a sign, or a number beside it. A digit before the sign is the
+ * charge behind the symbol of one element (Mg2+); elsewhere it counts atoms (NO3-, H2PO4-), and the last one of two is
+ * the charge (SO42-). SO4^2-, SO4_2-, SO4-2 and SO4-- always say which. PD_ERR_PARSE: no formula, and none given; name
+ * and given values disagree. */
+PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
+#ifdef PDI_INTERNAL
+/* Symbol of an atomic number into text of 3 bytes. */
+PDI_FN void pdi_species_symbol(int element, char *text);
+/* Atoms of an element in one unit of it. */
+PDI_FN int pdi_species_atoms(const pd_species *species, int element);
+#endif
+
+#endif
+
+/* ======== >>chemistry/reaction.h ======== */
+/* reaction: a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates. */
+#ifndef PD_REACTION_H
+#define PD_REACTION_H
+
+#define PD_REACTION_MOST 24 /* reactions of a system */
+#define PD_REACTION_NAME 32 /* [byte] of a name with its end */
+
+typedef struct pd_reaction_desc {
+    const char *name;    /* of messages */
+    const char *text;    /* "Mg2+ + 2 OH- = Mg(OH)2(s)": blanks around + and = */
+    double k;            /* [unit of k_unit] constant of equilibrium as the text reads; NaN: none */
+    const char *k_unit;  /* "mol2/L2"; "log10": k is the decimal logarithm with mol/L; NULL or "": of no unit */
+    double forward;      /* [unit of forward_unit] rate constant; 0: the reaction is in equilibrium */
+    const char *forward_unit;  /* "L/mol/s" */
+    double backward;     /* [unit of backward_unit] 0: forward over K, or none without a K */
+    const char *backward_unit; /* "mol/L/s" */
+} pd_reaction_desc;
+
+typedef struct pd_reaction {
+    char name[PD_REACTION_NAME];
+    double nu[PD_SPECIES_MOST]; /* [-] of each species: products positive */
+    int has_k;
+    double ln_k;                /* [-] natural logarithm of K with mol/L; activities of solids and solvent are 1 */
+    int kinetic;
+    double forward, backward;   /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
+} pd_reaction;
+
+#define pd_reaction_read PD_NAME(pd_reaction_read)
+
+/* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
+ * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
+PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                  pd_reaction *reaction);
+#ifdef PDI_INTERNAL
+/* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
+ * the solvent and a gas count as 1. */
+PDI_FN double pdi_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
+#endif
+
+#endif
+
+/* ======== >>chemistry/activity.h ======== */
+/* activity: coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4). */
+#ifndef PD_ACTIVITY_H
+#define PD_ACTIVITY_H
+
+typedef enum pd_activity {
+    PD_ACTIVITY_IDEAL = 0,
+    PD_ACTIVITY_DAVIES /* Davies 1962: up to an ionic strength of about 500 mol/m3 */
+} pd_activity;
+
+#ifdef PDI_INTERNAL
+/* A [(L/mol)^0.5] of Debye and Hueckel in water at temperature [K], 273 to 373. */
+PDI_FN double pdi_activity_debye(double temperature);
+/* ln gamma over the square of the charge at an ionic strength [mol/m3]; its derivative [m3/mol]. a: A. */
+PDI_FN double pdi_activity_davies(double a, double strength, double *slope);
+#endif
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>transport/diffusion.h ======== */
 /* diffusion: the conductances of bonds beside walls, between materials, and to values that are held on walls.
@@ -23590,6 +23713,540 @@ void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
     memset(gas, 0, sizeof *gas);
 }
 PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>chemistry/species.c ======== */
+/* species: see species.h */
+#include <math.h>
+#include <string.h>
+
+/* Most parentheses inside each other. */
+#define PDI_SPECIES_DEPTH 4
+/* Largest number in a formula. */
+#define PDI_SPECIES_NUMBER 999
+/* Largest charge. */
+#define PDI_SPECIES_CHARGE 20
+
+/* Symbols by atomic number, two bytes each. */
+static const char pdi_species_symbols[] =
+    "H HeLiBeB C N O F NeNaMgAlSiP S ClArK CaScTiV CrMnFeCoNiCuZnGaGeAsSeBrKrRbSrY ZrNbMoTcRuRhPdAgCdInSnSbTeI XeCsBa"
+    "LaCePrNdPmSmEuGdTbDyHoErTmYbLuHfTaW ReOsIrPtAuHgTlPbBiPoAtRnFrRaAcThPaU NpPuAmCmBkCfEsFmMdNoLrRfDbSgBhHsMtDsRgCnNh"
+    "FlMcLvTsOg";
+
+static int pdi_species_digit(char c) { return c >= '0' && c <= '9'; }
+static int pdi_species_upper(char c) { return c >= 'A' && c <= 'Z'; }
+static int pdi_species_lower(char c) { return c >= 'a' && c <= 'z'; }
+
+PDI_FN void pdi_species_symbol(int element, char *text)
+{
+    memcpy(text, pdi_species_symbols + 2 * (element - 1), 2);
+    text[text[1] == ' ' ? 1 : 2] = 0;
+}
+
+PDI_FN int pdi_species_atoms(const pd_species *s, int element)
+{
+    for (int k = 0; k < s->elements; k++)
+        if (s->element[k] == element) return s->count[k];
+    return 0;
+}
+
+/* The atomic number of the symbol at `at`, its length in *size; 0: there is none. */
+static int pdi_species_element(const char *at, const char *end, int *size)
+{
+    char second = at + 1 < end && pdi_species_lower(at[1]) ? at[1] : ' ';
+    if (at == end || !pdi_species_upper(at[0])) return 0;
+    *size = second == ' ' ? 1 : 2;
+    for (int k = 0; pdi_species_symbols[2 * k]; k++)
+        if (pdi_species_symbols[2 * k] == at[0] && pdi_species_symbols[2 * k + 1] == second) return k + 1;
+    return 0;
+}
+
+/* A number, 1 where none stands; 0: it is too large or zero. */
+static int pdi_species_number(const char **at, const char *end)
+{
+    int value = 0;
+    if (*at == end || !pdi_species_digit(**at)) return 1;
+    for (; *at < end && pdi_species_digit(**at); ++*at)
+        if (value <= PDI_SPECIES_NUMBER) value = 10 * value + (**at - '0');
+    return value <= PDI_SPECIES_NUMBER ? value : 0;
+}
+
+static int pdi_species_add(pd_species *s, int element, int count)
+{
+    int k = 0;
+    while (k < s->elements && s->element[k] != element) k++;
+    if (k == PD_SPECIES_ELEMENTS) return 0;
+    if (k == s->elements) s->elements++;
+    s->element[k] = element;
+    s->count[k] += count;
+    return s->count[k] <= PDI_SPECIES_NUMBER * PDI_SPECIES_NUMBER;
+}
+
+/* Atoms of the text from `at` to `end`, times `factor`. 0: it is no formula. */
+static int pdi_species_group(pd_species *s, const char *at, const char *end, int factor, int depth)
+{
+    if (at == end || depth > PDI_SPECIES_DEPTH || factor > PDI_SPECIES_NUMBER) return 0;
+    while (at < end) {
+        const char *from = at;
+        int size, number, element = pdi_species_element(at, end, &size);
+        if (element) {
+            at += size;
+            number = pdi_species_number(&at, end);
+            if (!number || !pdi_species_add(s, element, factor * number)) return 0;
+            continue;
+        }
+        if (*at != '(') return 0;
+        for (int open = 0; at < end; at++) {
+            open += (*at == '(') - (*at == ')');
+            if (!open) break;
+        }
+        if (at == end) return 0;
+        const char *close = at++;
+        number = pdi_species_number(&at, end);
+        if (!number || !pdi_species_group(s, from + 1, close, factor * number, depth + 1)) return 0;
+    }
+    return 1;
+}
+
+/* A formula with water of crystallisation behind ':'. */
+static int pdi_species_formula(pd_species *s, const char *at, const char *end)
+{
+    s->elements = 0;
+    memset(s->count, 0, sizeof s->count);
+    while (at <= end) {
+        const char *stop = at;
+        while (stop < end && *stop != ':') stop++;
+        int number = pdi_species_number(&at, stop);
+        if (!number || !pdi_species_group(s, at, stop, number, 0)) return 0;
+        at = stop + 1;
+    }
+    return 1;
+}
+
+/* The charge at the end of a name; *end moves before it. 0: it cannot be read. */
+static int pdi_species_charge(const char *begin, const char **end, int *charge)
+{
+    const char *at = *end, *digits = at;
+    int signs = 0, size, value = 0;
+    *charge = 0;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    if (digits < at && digits > begin && (digits[-1] == '+' || digits[-1] == '-')) { /* Mg+2 */
+        value = pdi_species_number(&digits, at);
+        while (pdi_species_digit(at[-1])) at--;
+        *charge = at[-1] == '+' ? value : -value;
+        *end = at - 1;
+        return value > 0 && value <= PDI_SPECIES_CHARGE;
+    }
+    if (at == begin || (at[-1] != '+' && at[-1] != '-')) return 1;
+    char sign = at[-1];
+    while (at > begin && at[-1] == sign) {
+        at--;
+        signs++;
+    }
+    digits = at;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    const char *mark = digits > begin && strchr("^_ ", digits[-1]) ? digits - 1 : NULL;
+    value = signs;
+    if (signs == 1 && digits < at) {
+        const char *from = digits;
+        if (!mark && at - digits > 1) from = at - 1;                                             /* SO42- */
+        else if (!mark && !(pdi_species_element(begin, digits, &size) && begin + size == digits)) from = at; /* NO3- */
+        if (from < at) {
+            const char *number = from;
+            value = pdi_species_number(&number, at);
+            at = mark ? mark : from;
+        }
+    } else if (mark && digits == at) {
+        at = mark; /* Cl^- */
+    }
+    *charge = sign == '+' ? value : -value;
+    *end = at;
+    return value > 0 && value <= PDI_SPECIES_CHARGE;
+}
+
+static int pdi_species_ends(const char *begin, const char **end, const char *with)
+{
+    size_t size = strlen(with);
+    if ((size_t)(*end - begin) <= size || strncmp(*end - size, with, size) != 0) return 0;
+    *end -= size;
+    return 1;
+}
+
+static int pdi_species_same(const pd_species *a, const pd_species *b)
+{
+    if (a->elements != b->elements) return 0;
+    for (int k = 0; k < a->elements; k++)
+        if (pdi_species_atoms(b, a->element[k]) != a->count[k]) return 0;
+    return 1;
+}
+
+static pd_status pdi_species_fill(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    pd_species given;
+    const char *name = desc->name, *end = name + strlen(name);
+    int charge, formula;
+    strcpy(s->name, name);
+    s->diffusivity = desc->diffusivity;
+    if (pdi_species_ends(name, &end, "(s)")) s->phase = PD_PHASE_SOLID;
+    else if (pdi_species_ends(name, &end, "(g)")) s->phase = PD_PHASE_GAS;
+    else if (!pdi_species_ends(name, &end, "(aq)")) pdi_species_ends(name, &end, "(l)");
+    if (end - name == 3 && strncmp(name, "H2O", 3) == 0 && s->phase == PD_PHASE_SOLUTE) s->phase = PD_PHASE_SOLVENT;
+    if (strcmp(name, "e-") == 0) {
+        s->phase = PD_PHASE_ELECTRON;
+        charge = -1;
+        formula = 1;
+    } else {
+        formula = pdi_species_charge(name, &end, &charge) && pdi_species_formula(s, name, end);
+    }
+    if (!formula && !desc->formula)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
+                        "Mg(OH)2(s), expected one, or its formula beside the name", name);
+    if (formula && desc->has_charge && desc->charge != charge)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
+                        "drop one",
+                        name, charge, desc->charge);
+    s->charge = formula ? charge : desc->has_charge ? desc->charge : 0;
+    if (!desc->formula) return PD_OK;
+    memset(&given, 0, sizeof given);
+    if (!pdi_species_formula(&given, desc->formula, desc->formula + strlen(desc->formula)))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
+                        "C6H12O6",
+                        desc->formula, name);
+    if (formula && !pdi_species_same(s, &given))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
+                        "drop one",
+                        name, desc->formula);
+    s->elements = given.elements;
+    memcpy(s->element, given.element, sizeof given.element);
+    memcpy(s->count, given.count, sizeof given.count);
+    return PD_OK;
+}
+
+pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    memset(s, 0, sizeof *s);
+    size_t size = desc->name ? strlen(desc->name) : 0;
+    if (!size || size >= PD_SPECIES_NAME)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
+                        desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
+                        "number",
+                        desc->name, desc->diffusivity);
+    if (desc->has_charge && (desc->charge > PDI_SPECIES_CHARGE || desc->charge < -PDI_SPECIES_CHARGE))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
+                        desc->name, desc->charge, PDI_SPECIES_CHARGE);
+    pd_status status = pdi_species_fill(ctx, desc, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    return status;
+}
+
+/* ======== >>chemistry/reaction.c ======== */
+/* reaction: see reaction.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* [byte] of a term of the text with its end */
+#define PDI_REACTION_TERM 48
+/* Sums of stoichiometric numbers that differ by less are the same. */
+#define PDI_REACTION_SAME 1e-9
+/* Largest stoichiometric number, and exponent of a unit. */
+#define PDI_REACTION_LARGEST 99.0
+#define PDI_REACTION_LITRE 1e-3 /* [m3] */
+
+static int pdi_reaction_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/* A number of digits and a point at *at, which moves behind it; -1: none. */
+static double pdi_reaction_number(const char **at)
+{
+    double value = 0.0, place = 0.0;
+    const char *from = *at;
+    for (; (**at >= '0' && **at <= '9') || (**at == '.' && !(place > 0.0)); ++*at) {
+        if (**at == '.') {
+            place = 1.0;
+            continue;
+        }
+        value = 10.0 * value + (**at - '0');
+        if (place > 0.0) place *= 10.0;
+    }
+    return *at == from ? -1.0 : place > 0.0 ? value / place : value;
+}
+
+/* A unit of mol, mmol, L, m and s with whole exponents: its size in mol, m, s and its exponents. 0: it is none. */
+static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
+{
+    int divide = 0, factors = 0;
+    *scale = 1.0;
+    exponent[0] = exponent[1] = exponent[2] = 0.0;
+    if (at && strcmp(at, "1") == 0) return 1;
+    for (; at && *at; factors++) {
+        static const struct pdi_reaction_symbol {
+            const char *name;
+            int base;
+            double power, size;
+        } symbols[] = {{"mmol", 0, 1.0, 1e-3}, {"umol", 0, 1.0, 1e-6}, {"mol", 0, 1.0, 1.0},
+                       {"mM", 3, 1.0, 1.0},    {"L", 1, 3.0, PDI_REACTION_LITRE}, {"l", 1, 3.0, PDI_REACTION_LITRE},
+                       {"M", 3, 1.0, 1e3},     {"min", 2, 1.0, 60.0},  {"h", 2, 1.0, 3600.0}, {"dm", 1, 1.0, 0.1},
+                       {"m", 1, 1.0, 1.0},     {"s", 2, 1.0, 1.0}};
+        size_t s = 0, most = sizeof symbols / sizeof symbols[0];
+        while (pdi_reaction_blank(*at) || *at == '*') at++;
+        if (*at == '1' && at[1] == '/' && !factors) at++;
+        if (*at == '/') {
+            if (divide < 0) return 0;
+            divide = 1;
+            at++;
+        }
+        while (pdi_reaction_blank(*at)) at++;
+        while (s < most && strncmp(at, symbols[s].name, strlen(symbols[s].name)) != 0) s++;
+        if (s == most) return 0;
+        at += strlen(symbols[s].name);
+        if (*at == '^') at++;
+        double sign = divide ? -1.0 : 1.0;
+        if (*at == '-') {
+            sign = -sign;
+            at++;
+        }
+        double power = pdi_reaction_number(&at);
+        if (power < 0.0) power = 1.0;
+        if (power > PDI_REACTION_LARGEST) return 0;
+        power *= sign;
+        *scale *= pow(symbols[s].size, power);
+        if (symbols[s].base == 3) {
+            exponent[0] += power;
+            exponent[1] -= 3.0 * power;
+        } else {
+            exponent[symbols[s].base] += symbols[s].power * power;
+        }
+        divide = 0;
+    }
+    return 1;
+}
+
+/* "mol2/L2/s" of a power of the concentration, and a rate or not. */
+static void pdi_reaction_expected(double order, double rate, char *text, size_t size)
+{
+    const char *end = rate > 0.0 ? "/s" : "";
+    double n = fabs(order);
+    if (!(n > PDI_REACTION_SAME)) snprintf(text, size, "%s", rate > 0.0 ? "1/s" : "no unit");
+    else if (fabs(n - 1.0) < PDI_REACTION_SAME) snprintf(text, size, order > 0.0 ? "mol/L%s" : "L/mol%s", end);
+    else snprintf(text, size, order > 0.0 ? "mol%g/L%g%s" : "L%g/mol%g%s", n, n, end);
+}
+
+/* *scale of a unit that has to be (mol/L)^order, per second with rate 1. */
+static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *what, const char *unit, double order,
+                                   double rate, double *scale)
+{
+    char expected[PDI_REACTION_TERM];
+    double e[3];
+    if (pdi_reaction_unit(unit, scale, e) && fabs(e[0] - order) < PDI_REACTION_SAME &&
+        fabs(e[1] + 3.0 * order) < PDI_REACTION_SAME && fabs(e[2] + rate) < PDI_REACTION_SAME)
+        return PD_OK;
+    pdi_reaction_expected(order, rate, expected, sizeof expected);
+    if (!unit || !*unit)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
+                        rate > 0.0 ? "" : ", or log10 K");
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
+                    expected, rate > 0.0 ? "" : ", or log10 K");
+}
+
+/* One term "2 OH-" of side -1 or 1. */
+static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, const pd_species *species, int count,
+                                   pd_reaction *r)
+{
+    const char *at = term;
+    double number = pdi_reaction_number(&at);
+    if (number < 0.0) number = 1.0;
+    while (pdi_reaction_blank(*at)) at++;
+    if (!*at || !(number > 0.0) || number > PDI_REACTION_LARGEST)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
+                        "blanks around + and =", r->name, term);
+    for (int i = 0; i < count; i++) {
+        if (strcmp(at, species[i].name) != 0) continue;
+        if (r->nu[i] * side < 0.0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has %s on both sides: keep the difference",
+                            r->name, at);
+        r->nu[i] += side * number;
+        return PD_OK;
+    }
+    char known[160] = "";
+    for (int i = 0; i < count; i++) pdi_append(known, sizeof known, "%s%s", i ? ", " : "", species[i].name);
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the species '%s', which nobody defines: define it, or "
+                    "take "
+                    "one of %s", r->name, at, known);
+}
+
+static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, pd_reaction *r)
+{
+    char term[PDI_REACTION_TERM];
+    size_t size = 0;
+    double side = -1.0;
+    for (const char *at = text;; at++) {
+        int single = (at == text || pdi_reaction_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_blank(at[1]));
+        if (*at && !(single && (*at == '+' || *at == '='))) {
+            if (!size && pdi_reaction_blank(*at)) continue;
+            if (size + 1 == sizeof term)
+                return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
+                                (int)sizeof term - 1);
+            term[size++] = *at;
+            continue;
+        }
+        while (size && pdi_reaction_blank(term[size - 1])) size--;
+        term[size] = 0;
+        PDI_TRY(pdi_reaction_term(ctx, term, side, species, count, r));
+        size = 0;
+        if (*at == '=' && side > 0.0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has two =, expected one", r->name);
+        if (*at == '=') side = 1.0;
+        if (!*at) break;
+    }
+    if (side < 0.0)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has no =, expected a text such as H+ + OH- = H2O",
+                        r->name);
+    return PD_OK;
+}
+
+/* Elements and charge of both sides. */
+static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
+{
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < species[i].elements && r->nu[i] != 0.0; k++) {
+            double left = 0.0, right = 0.0;
+            char symbol[3];
+            for (int j = 0; j < count; j++) {
+                double atoms = r->nu[j] * pdi_species_atoms(&species[j], species[i].element[k]);
+                if (atoms < 0.0) left -= atoms;
+                else right += atoms;
+            }
+            if (fabs(left - right) < PDI_REACTION_SAME) continue;
+            pdi_species_symbol(species[i].element[k], symbol);
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right",
+                            r->name, left, symbol, right);
+        }
+    }
+    double left = 0.0, right = 0.0;
+    for (int i = 0; i < count; i++) {
+        if (r->nu[i] < 0.0) left -= r->nu[i] * species[i].charge;
+        else right += r->nu[i] * species[i].charge;
+    }
+    if (fabs(left - right) < PDI_REACTION_SAME) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
+                    "the right",
+                    r->name, left, right);
+}
+
+static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                        pd_reaction *r)
+{
+    double left = 0.0, right = 0.0, scale;
+    for (int i = 0; i < count; i++) {
+        if (species[i].phase != PD_PHASE_SOLUTE) continue;
+        if (r->nu[i] < 0.0) left -= r->nu[i];
+        else right += r->nu[i];
+    }
+    r->has_k = !isnan(desc->k);
+    r->kinetic = desc->forward != 0.0 || desc->backward != 0.0;
+    if (!r->has_k && !r->kinetic)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has neither a constant of equilibrium nor a rate",
+                        r->name);
+    if (r->has_k && desc->k_unit && strcmp(desc->k_unit, "log10") == 0) {
+        r->ln_k = desc->k * log(10.0);
+    } else if (r->has_k) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
+        r->ln_k = log(desc->k) + log(scale) - (right - left) * log(1e3);
+    }
+    if (r->has_k && !(fabs(r->ln_k) < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "K of '%s' is %g, expected a positive number", r->name,
+                        desc->k);
+    if (!r->kinetic) return PD_OK;
+    if (!(desc->forward >= 0.0) || !(desc->backward >= 0.0) || !(desc->forward + desc->backward < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "the rates of '%s' are %g and %g, expected positive numbers",
+                        r->name, desc->forward, desc->backward);
+    if (r->has_k && desc->forward > 0.0 && desc->backward > 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "'%s' has K and both rates: one follows from the others, "
+                        "drop it",
+                        r->name);
+    double both = r->ln_k + (right - left) * log(1e3); /* logarithm of forward over backward, in mol/m3 */
+    if (desc->forward > 0.0) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
+        r->forward = desc->forward * scale;
+        if (r->has_k) r->backward = exp(log(r->forward) - both);
+    }
+    if (desc->backward > 0.0) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the backward rate", desc->backward_unit, 1.0 - right, 1.0, &scale));
+        r->backward = desc->backward * scale;
+        if (r->has_k) r->forward = exp(log(r->backward) + both);
+    }
+    if (r->forward < HUGE_VAL && r->backward < HUGE_VAL) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
+}
+
+static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                   pd_reaction *r)
+{
+    const char *name = desc->name && *desc->name ? desc->name : desc->text;
+    if (!desc->text)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "desc.text is NULL, expected a text such as H+ + OH- = H2O");
+    snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
+    if (count < 1 || count > PD_SPECIES_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
+    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, r));
+    PDI_TRY(pdi_reaction_balance(ctx, species, count, r));
+    return pdi_reaction_constants(ctx, desc, species, count, r);
+}
+
+pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                           pd_reaction *r)
+{
+    memset(r, 0, sizeof *r);
+    pd_status status = pdi_reaction_fill(ctx, desc, species, count, r);
+    if (status < 0) memset(r, 0, sizeof *r);
+    return status;
+}
+
+PDI_FN double pdi_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
+{
+    double forward = r->forward, backward = r->backward;
+    for (int i = 0; i < count; i++) {
+        if (species[i].phase != PD_PHASE_SOLUTE || r->nu[i] == 0.0) continue;
+        if (r->nu[i] < 0.0) forward *= pow(c[i], -r->nu[i]);
+        else backward *= pow(c[i], r->nu[i]);
+    }
+    return forward - backward;
+}
+
+/* ======== >>chemistry/activity.c ======== */
+/* activity: see activity.h */
+#include <math.h>
+
+#define PDI_ACTIVITY_DEBYE 1.82e6 /* [(L/mol)^0.5 K^1.5] over (permittivity times temperature)^1.5 */
+#define PDI_ACTIVITY_DAVIES 0.3      /* [L/mol] */
+#define PDI_ACTIVITY_ZERO 273.15     /* [K] */
+
+/* Relative permittivity of water: Malmberg and Maryott 1956. */
+PDI_FN double pdi_activity_debye(double temperature)
+{
+    double t = temperature - PDI_ACTIVITY_ZERO;
+    double permittivity = 87.740 - t * (0.40008 - t * (9.398e-4 - t * 1.410e-6));
+    return PDI_ACTIVITY_DEBYE / pow(permittivity * temperature, 1.5);
+}
+
+PDI_FN double pdi_activity_davies(double a, double strength, double *slope)
+{
+    double molar = 1e-3 * strength, root = sqrt(molar), factor = -a * log(10.0);
+    *slope = root > 0.0 ? 1e-3 * factor * (0.5 / (root * (1.0 + root) * (1.0 + root)) - PDI_ACTIVITY_DAVIES) : 0.0;
+    return factor * (root / (1.0 + root) - PDI_ACTIVITY_DAVIES * molar);
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
