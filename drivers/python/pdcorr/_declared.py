@@ -1192,6 +1192,28 @@ def declare(dim):
         ('backward', c_double),
     ]
 
+    class pd_speciation(Structure):
+        pass
+    pd_speciation._fields_ = [
+        ('species', c_int),
+        ('reactions', c_int),
+        ('charge', c_int * 32),
+        ('phase', c_int * 32),
+        ('nu', c_double * 32 * 24),
+        ('ln_k', c_double * 24),
+        ('debye', c_double),
+    ]
+
+    class pd_speciation_result(Structure):
+        pass
+    pd_speciation_result._fields_ = [
+        ('iterations', c_int),
+        ('changes', c_int),
+        ('residual', c_double),
+        ('strength', c_double),
+        ('log_activity', c_double * 32),
+    ]
+
     class pd_diffusion_desc(Structure):
         pass
     pd_diffusion_desc._fields_ = [
@@ -3315,6 +3337,8 @@ def declare(dim):
         'pd_gas_free': (None, [POINTER(pd_ctx), POINTER(pd_gas)]),
         'pd_species_read': (c_int, [POINTER(pd_ctx), POINTER(pd_species_desc), POINTER(pd_species)]),
         'pd_reaction_read': (c_int, [POINTER(pd_ctx), POINTER(pd_reaction_desc), POINTER(pd_species), c_int, POINTER(pd_reaction)]),
+        'pd_speciation_build': (c_int, [POINTER(pd_ctx), POINTER(pd_species), c_int, POINTER(pd_reaction), c_int, c_int, c_double, POINTER(pd_speciation)]),
+        'pd_speciation_solve': (c_int, [POINTER(pd_speciation), POINTER(c_double), POINTER(pd_speciation_result)]),
         'pd_transport_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport_desc), POINTER(pd_transport)]),
         'pd_transport_update': (c_int, [POINTER(pd_ctx), POINTER(pd_transport)]),
         'pd_transport_implicit': (c_int, [POINTER(pd_ctx), POINTER(pd_transport), c_double, POINTER(pd_transport_result)]),
