@@ -3322,16 +3322,15 @@ typedef struct pd_reaction {
 } pd_reaction;
 
 #define pd_reaction_read PD_NAME(pd_reaction_read)
+#define pd_reaction_speed PD_NAME(pd_reaction_speed)
 
 /* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
  * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
 PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                                   pd_reaction *reaction);
-#ifdef PDI_INTERNAL
 /* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
  * the solvent and a gas count as 1. */
-PDI_FN double pdi_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
-#endif
+PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
 
 #endif
 
@@ -24258,7 +24257,7 @@ pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_s
     return status;
 }
 
-PDI_FN double pdi_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
+double pd_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
 {
     double forward = r->forward, backward = r->backward;
     for (int i = 0; i < count; i++) {

@@ -261,7 +261,7 @@ pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_s
     return status;
 }
 
-PDI_FN double pdi_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
+double pd_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
 {
     double forward = r->forward, backward = r->backward;
     for (int i = 0; i < count; i++) {

@@ -3337,6 +3337,7 @@ def declare(dim):
         'pd_gas_free': (None, [POINTER(pd_ctx), POINTER(pd_gas)]),
         'pd_species_read': (c_int, [POINTER(pd_ctx), POINTER(pd_species_desc), POINTER(pd_species)]),
         'pd_reaction_read': (c_int, [POINTER(pd_ctx), POINTER(pd_reaction_desc), POINTER(pd_species), c_int, POINTER(pd_reaction)]),
+        'pd_reaction_speed': (c_double, [POINTER(pd_reaction), POINTER(pd_species), c_int, POINTER(c_double)]),
         'pd_speciation_build': (c_int, [POINTER(pd_ctx), POINTER(pd_species), c_int, POINTER(pd_reaction), c_int, c_int, c_double, POINTER(pd_speciation)]),
         'pd_speciation_solve': (c_int, [POINTER(pd_speciation), POINTER(c_double), POINTER(pd_speciation_result)]),
         'pd_transport_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport_desc), POINTER(pd_transport)]),
