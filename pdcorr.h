@@ -84,6 +84,11 @@
  *     spectrum   how long explicit steps of a flow with sound may be.
  *     unsteady   time-dependent weakly compressible flow, explicit.
  *     gas        inviscid flow of an ideal gas with energy, explicit in time: shock tubes, blasts, sound.
+ *   chemistry/
+ *     species    what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s).
+ *     reaction   a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates.
+ *     activity   coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4).
+ *     speciation equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     conductance conductances of the bonds of rows, found anew where nodes have turned.
@@ -228,8 +233,9 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, transport, solid, metal, couple, scene, run; kernels (core, lattice, solve)
- *                          stay
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
+ *                          lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -318,7 +324,7 @@
 #define PDI_FN extern
 #endif
 #elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
-    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_PHYSICS)
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -3233,6 +3239,166 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>chemistry/species.h ======== */
+/* species: what takes part in reactions: charge, phase and elements, read from a name such as Mg2+ or Mg(OH)2(s). */
+#ifndef PD_SPECIES_H
+#define PD_SPECIES_H
+
+#define PD_SPECIES_MOST 32     /* species of a system */
+#define PD_SPECIES_NAME 24     /* [byte] of a name with its end */
+#define PD_SPECIES_ELEMENTS 8  /* different ones in a species */
+
+typedef enum pd_phase {
+    PD_PHASE_SOLUTE = 0,
+    PD_PHASE_SOLVENT, /* H2O: its activity is 1 */
+    PD_PHASE_SOLID,   /* name(s): its activity is 1 where it is present */
+    PD_PHASE_GAS,     /* name(g) */
+    PD_PHASE_ELECTRON /* e- */
+} pd_phase;
+
+typedef struct pd_species_desc {
+    const char *name;    /* Mg2+, OH-, SO4^2-, SO4-2, CaCO3, Mg(OH)2(s), CaHPO4:2H2O(s), e- */
+    const char *formula; /* without charge, of a name that is none, as C6H12O6 of glucose; NULL: the name is one */
+    int has_charge;      /* 1: charge is given; it has to be that of the name, where this is a formula */
+    int charge;          /* [-] */
+    double diffusivity;  /* [m2/s] at 25 C; 0: not known */
+} pd_species_desc;
+
+typedef struct pd_species {
+    char name[PD_SPECIES_NAME];
+    int charge;  /* [-] */
+    pd_phase phase;
+    int elements;
+    int element[PD_SPECIES_ELEMENTS]; /* atomic numbers, each once */
+    int count[PD_SPECIES_ELEMENTS];   /* atoms in one unit */
+    double diffusivity;               /* [m2/s] at 25 C; 0: not known */
+} pd_species;
+
+#define pd_species_read PD_NAME(pd_species_read)
+
+/* Read a species. The charge is the end of the name: a sign, or a number beside it. A digit before the sign is the
+ * charge behind the symbol of one element (Mg2+); elsewhere it counts atoms (NO3-, H2PO4-), and the last one of two is
+ * the charge (SO42-). SO4^2-, SO4_2-, SO4-2 and SO4-- always say which. PD_ERR_PARSE: no formula, and none given; name
+ * and given values disagree. */
+PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
+#ifdef PDI_INTERNAL
+/* Symbol of an atomic number into text of 3 bytes. */
+PDI_FN void pdi_species_symbol(int element, char *text);
+/* Atoms of an element in one unit of it. */
+PDI_FN int pdi_species_atoms(const pd_species *species, int element);
+#endif
+
+#endif
+
+/* ======== >>chemistry/reaction.h ======== */
+/* reaction: a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates. */
+#ifndef PD_REACTION_H
+#define PD_REACTION_H
+
+#define PD_REACTION_MOST 24 /* reactions of a system */
+#define PD_REACTION_NAME 32 /* [byte] of a name with its end */
+
+typedef struct pd_reaction_desc {
+    const char *name;    /* of messages */
+    const char *text;    /* "Mg2+ + 2 OH- = Mg(OH)2(s)": blanks around + and = */
+    double k;            /* [unit of k_unit] constant of equilibrium as the text reads; NaN: none */
+    const char *k_unit;  /* "mol2/L2"; "log10": k is the decimal logarithm with mol/L; NULL or "": of no unit */
+    double forward;      /* [unit of forward_unit] rate constant; 0: the reaction is in equilibrium */
+    const char *forward_unit;  /* "L/mol/s" */
+    double backward;     /* [unit of backward_unit] 0: forward over K, or none without a K */
+    const char *backward_unit; /* "mol/L/s" */
+} pd_reaction_desc;
+
+typedef struct pd_reaction {
+    char name[PD_REACTION_NAME];
+    double nu[PD_SPECIES_MOST]; /* [-] of each species: products positive */
+    int has_k;
+    double ln_k;                /* [-] natural logarithm of K with mol/L; activities of solids and solvent are 1 */
+    int kinetic;
+    double forward, backward;   /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
+} pd_reaction;
+
+#define pd_reaction_read PD_NAME(pd_reaction_read)
+#define pd_reaction_speed PD_NAME(pd_reaction_speed)
+
+/* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
+ * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
+PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                  pd_reaction *reaction);
+/* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
+ * the solvent and a gas count as 1. */
+PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
+
+#endif
+
+/* ======== >>chemistry/activity.h ======== */
+/* activity: coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4). */
+#ifndef PD_ACTIVITY_H
+#define PD_ACTIVITY_H
+
+typedef enum pd_activity {
+    PD_ACTIVITY_IDEAL = 0,
+    PD_ACTIVITY_DAVIES /* Davies 1962: up to an ionic strength of about 500 mol/m3 */
+} pd_activity;
+
+#ifdef PDI_INTERNAL
+/* A [(L/mol)^0.5] of Debye and Hueckel in water at temperature [K], 273 to 373. */
+PDI_FN double pdi_activity_debye(double temperature);
+/* ln gamma over the square of the charge at an ionic strength [mol/m3]; its derivative [m3/mol]. a: A. */
+PDI_FN double pdi_activity_davies(double a, double strength, double *slope);
+#endif
+
+#endif
+
+/* ======== >>chemistry/speciation.h ======== */
+/* speciation: equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
+ *
+ * The state of a volume is an array of concentrations, one a species [mol/m3]; a solid counts per volume of water.
+ * Reactions run by extents until each is in equilibrium, so that elements and charge stay what they are at the start,
+ * to rounding. A mineral is present at saturation, or absent below it. Nothing is allocated, and nothing but the
+ * arguments is written: many threads may use one system.
+ */
+#ifndef PD_SPECIATION_H
+#define PD_SPECIATION_H
+
+/* Species and reactions as solves need them. */
+typedef struct pd_speciation {
+    int species, reactions;
+    int charge[PD_SPECIES_MOST];
+    int phase[PD_SPECIES_MOST]; /* pd_phase */
+    double nu[PD_REACTION_MOST][PD_SPECIES_MOST]; /* [-] */
+    double ln_k[PD_REACTION_MOST];                /* [-] with mol/L */
+    double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
+} pd_speciation;
+
+typedef struct pd_speciation_result {
+    int iterations;     /* of Newton */
+    int changes;        /* of the minerals that are present */
+    double residual;    /* [-] largest |ln(IAP/K)| of a reaction of the species that are present */
+    double strength;    /* [mol/m3] ionic strength */
+    double log_activity[PD_SPECIES_MOST]; /* [-] decimal, mol/L; of solids log10(IAP/K); -HUGE_VAL: it cannot be made */
+} pd_speciation_result;
+
+#define pd_speciation_build PD_NAME(pd_speciation_build)
+#define pd_speciation_solve PD_NAME(pd_speciation_solve)
+
+/* A system of `count` species and the reactions that are in equilibrium: kinetic ones are left out. temperature [K] is
+ * that of Davies' equation. PD_ERR_ARGUMENT: sizes, gases and electrons, reactions that contradict each other. */
+PD_API pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                     int reaction_count, pd_activity activity, double temperature,
+                                     pd_speciation *system);
+/* Bring c [mol/m3], at least 0, to equilibrium. A species that no reaction makes of those with c > 0 stays 0.
+ * PD_ERR_ARGUMENT: c is negative or not finite. PD_NOT_CONVERGED: no solution was found. c is unchanged then. */
+PD_API pd_status pd_speciation_solve(const pd_speciation *system, double *c, pd_speciation_result *result);
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>transport/diffusion.h ======== */
 /* diffusion: the conductances of bonds beside walls, between materials, and to values that are held on walls.
@@ -23692,6 +23858,1049 @@ PDI_COLD_END
 #endif
 #endif /* cut */
 
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>chemistry/species.c ======== */
+/* species: see species.h */
+#include <math.h>
+#include <string.h>
+
+/* Most parentheses inside each other. */
+#define PDI_SPECIES_DEPTH 4
+/* Largest number in a formula. */
+#define PDI_SPECIES_NUMBER 999
+/* Largest charge. */
+#define PDI_SPECIES_CHARGE 20
+
+/* Symbols by atomic number, two bytes each. */
+static const char pdi_species_symbols[] =
+    "H HeLiBeB C N O F NeNaMgAlSiP S ClArK CaScTiV CrMnFeCoNiCuZnGaGeAsSeBrKrRbSrY ZrNbMoTcRuRhPdAgCdInSnSbTeI XeCsBa"
+    "LaCePrNdPmSmEuGdTbDyHoErTmYbLuHfTaW ReOsIrPtAuHgTlPbBiPoAtRnFrRaAcThPaU NpPuAmCmBkCfEsFmMdNoLrRfDbSgBhHsMtDsRgCnNh"
+    "FlMcLvTsOg";
+
+static int pdi_species_digit(char c) { return c >= '0' && c <= '9'; }
+static int pdi_species_upper(char c) { return c >= 'A' && c <= 'Z'; }
+static int pdi_species_lower(char c) { return c >= 'a' && c <= 'z'; }
+
+PDI_FN void pdi_species_symbol(int element, char *text)
+{
+    memcpy(text, pdi_species_symbols + 2 * (element - 1), 2);
+    text[text[1] == ' ' ? 1 : 2] = 0;
+}
+
+PDI_FN int pdi_species_atoms(const pd_species *s, int element)
+{
+    for (int k = 0; k < s->elements; k++)
+        if (s->element[k] == element) return s->count[k];
+    return 0;
+}
+
+/* The atomic number of the symbol at `at`, its length in *size; 0: there is none. */
+static int pdi_species_element(const char *at, const char *end, int *size)
+{
+    char second = at + 1 < end && pdi_species_lower(at[1]) ? at[1] : ' ';
+    if (at == end || !pdi_species_upper(at[0])) return 0;
+    *size = second == ' ' ? 1 : 2;
+    for (int k = 0; pdi_species_symbols[2 * k]; k++)
+        if (pdi_species_symbols[2 * k] == at[0] && pdi_species_symbols[2 * k + 1] == second) return k + 1;
+    return 0;
+}
+
+/* A number, 1 where none stands; 0: it is too large or zero. */
+static int pdi_species_number(const char **at, const char *end)
+{
+    int value = 0;
+    if (*at == end || !pdi_species_digit(**at)) return 1;
+    for (; *at < end && pdi_species_digit(**at); ++*at)
+        if (value <= PDI_SPECIES_NUMBER) value = 10 * value + (**at - '0');
+    return value <= PDI_SPECIES_NUMBER ? value : 0;
+}
+
+static int pdi_species_add(pd_species *s, int element, int count)
+{
+    int k = 0;
+    while (k < s->elements && s->element[k] != element) k++;
+    if (k == PD_SPECIES_ELEMENTS) return 0;
+    if (k == s->elements) s->elements++;
+    s->element[k] = element;
+    s->count[k] += count;
+    return s->count[k] <= PDI_SPECIES_NUMBER * PDI_SPECIES_NUMBER;
+}
+
+/* Atoms of the text from `at` to `end`, times `factor`. 0: it is no formula. */
+static int pdi_species_group(pd_species *s, const char *at, const char *end, int factor, int depth)
+{
+    if (at == end || depth > PDI_SPECIES_DEPTH || factor > PDI_SPECIES_NUMBER) return 0;
+    while (at < end) {
+        const char *from = at;
+        int size, number, element = pdi_species_element(at, end, &size);
+        if (element) {
+            at += size;
+            number = pdi_species_number(&at, end);
+            if (!number || !pdi_species_add(s, element, factor * number)) return 0;
+            continue;
+        }
+        if (*at != '(') return 0;
+        for (int open = 0; at < end; at++) {
+            open += (*at == '(') - (*at == ')');
+            if (!open) break;
+        }
+        if (at == end) return 0;
+        const char *close = at++;
+        number = pdi_species_number(&at, end);
+        if (!number || !pdi_species_group(s, from + 1, close, factor * number, depth + 1)) return 0;
+    }
+    return 1;
+}
+
+/* A formula with water of crystallisation behind ':'. */
+static int pdi_species_formula(pd_species *s, const char *at, const char *end)
+{
+    s->elements = 0;
+    memset(s->count, 0, sizeof s->count);
+    while (at <= end) {
+        const char *stop = at;
+        while (stop < end && *stop != ':') stop++;
+        int number = pdi_species_number(&at, stop);
+        if (!number || !pdi_species_group(s, at, stop, number, 0)) return 0;
+        at = stop + 1;
+    }
+    return 1;
+}
+
+/* The charge at the end of a name; *end moves before it. 0: it cannot be read. */
+static int pdi_species_charge(const char *begin, const char **end, int *charge)
+{
+    const char *at = *end, *digits = at;
+    int signs = 0, size, value = 0;
+    *charge = 0;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    if (digits < at && digits > begin && (digits[-1] == '+' || digits[-1] == '-')) { /* Mg+2 */
+        value = pdi_species_number(&digits, at);
+        while (pdi_species_digit(at[-1])) at--;
+        *charge = at[-1] == '+' ? value : -value;
+        *end = at - 1;
+        return value > 0 && value <= PDI_SPECIES_CHARGE;
+    }
+    if (at == begin || (at[-1] != '+' && at[-1] != '-')) return 1;
+    char sign = at[-1];
+    while (at > begin && at[-1] == sign) {
+        at--;
+        signs++;
+    }
+    digits = at;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    const char *mark = digits > begin && strchr("^_ ", digits[-1]) ? digits - 1 : NULL;
+    value = signs;
+    if (signs == 1 && digits < at) {
+        const char *from = digits;
+        if (!mark && at - digits > 1) from = at - 1;                                             /* SO42- */
+        else if (!mark && !(pdi_species_element(begin, digits, &size) && begin + size == digits)) from = at; /* NO3- */
+        if (from < at) {
+            const char *number = from;
+            value = pdi_species_number(&number, at);
+            at = mark ? mark : from;
+        }
+    } else if (mark && digits == at) {
+        at = mark; /* Cl^- */
+    }
+    *charge = sign == '+' ? value : -value;
+    *end = at;
+    return value > 0 && value <= PDI_SPECIES_CHARGE;
+}
+
+static int pdi_species_ends(const char *begin, const char **end, const char *with)
+{
+    size_t size = strlen(with);
+    if ((size_t)(*end - begin) <= size || strncmp(*end - size, with, size) != 0) return 0;
+    *end -= size;
+    return 1;
+}
+
+static int pdi_species_same(const pd_species *a, const pd_species *b)
+{
+    if (a->elements != b->elements) return 0;
+    for (int k = 0; k < a->elements; k++)
+        if (pdi_species_atoms(b, a->element[k]) != a->count[k]) return 0;
+    return 1;
+}
+
+static pd_status pdi_species_fill(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    pd_species given;
+    const char *name = desc->name, *end = name + strlen(name);
+    int charge, formula;
+    strcpy(s->name, name);
+    s->diffusivity = desc->diffusivity;
+    if (pdi_species_ends(name, &end, "(s)")) s->phase = PD_PHASE_SOLID;
+    else if (pdi_species_ends(name, &end, "(g)")) s->phase = PD_PHASE_GAS;
+    else if (!pdi_species_ends(name, &end, "(aq)")) pdi_species_ends(name, &end, "(l)");
+    if (end - name == 3 && strncmp(name, "H2O", 3) == 0 && s->phase == PD_PHASE_SOLUTE) s->phase = PD_PHASE_SOLVENT;
+    if (strcmp(name, "e-") == 0) {
+        s->phase = PD_PHASE_ELECTRON;
+        charge = -1;
+        formula = 1;
+    } else {
+        formula = pdi_species_charge(name, &end, &charge) && pdi_species_formula(s, name, end);
+    }
+    if (!formula && !desc->formula)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
+                        "Mg(OH)2(s), expected one, or its formula beside the name", name);
+    if (formula && desc->has_charge && desc->charge != charge)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
+                        "drop one",
+                        name, charge, desc->charge);
+    s->charge = formula ? charge : desc->has_charge ? desc->charge : 0;
+    if (!desc->formula) return PD_OK;
+    memset(&given, 0, sizeof given);
+    if (!pdi_species_formula(&given, desc->formula, desc->formula + strlen(desc->formula)))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
+                        "C6H12O6",
+                        desc->formula, name);
+    if (formula && !pdi_species_same(s, &given))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
+                        "drop one",
+                        name, desc->formula);
+    s->elements = given.elements;
+    memcpy(s->element, given.element, sizeof given.element);
+    memcpy(s->count, given.count, sizeof given.count);
+    return PD_OK;
+}
+
+pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    memset(s, 0, sizeof *s);
+    size_t size = desc->name ? strlen(desc->name) : 0;
+    if (!size || size >= PD_SPECIES_NAME)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
+                        desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
+                        "number",
+                        desc->name, desc->diffusivity);
+    if (desc->has_charge && (desc->charge > PDI_SPECIES_CHARGE || desc->charge < -PDI_SPECIES_CHARGE))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
+                        desc->name, desc->charge, PDI_SPECIES_CHARGE);
+    pd_status status = pdi_species_fill(ctx, desc, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    return status;
+}
+
+/* ======== >>chemistry/reaction.c ======== */
+/* reaction: see reaction.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* [byte] of a term of the text with its end */
+#define PDI_REACTION_TERM 48
+/* Sums of stoichiometric numbers that differ by less are the same. */
+#define PDI_REACTION_SAME 1e-9
+/* Largest stoichiometric number, and exponent of a unit. */
+#define PDI_REACTION_LARGEST 99.0
+#define PDI_REACTION_LITRE 1e-3 /* [m3] */
+
+static int pdi_reaction_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+
+/* A number of digits and a point at *at, which moves behind it; -1: none. */
+static double pdi_reaction_number(const char **at)
+{
+    double value = 0.0, place = 0.0;
+    const char *from = *at;
+    for (; (**at >= '0' && **at <= '9') || (**at == '.' && !(place > 0.0)); ++*at) {
+        if (**at == '.') {
+            place = 1.0;
+            continue;
+        }
+        value = 10.0 * value + (**at - '0');
+        if (place > 0.0) place *= 10.0;
+    }
+    return *at == from ? -1.0 : place > 0.0 ? value / place : value;
+}
+
+/* A unit of mol, mmol, L, m and s with whole exponents: its size in mol, m, s and its exponents. 0: it is none. */
+static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
+{
+    int divide = 0, factors = 0;
+    *scale = 1.0;
+    exponent[0] = exponent[1] = exponent[2] = 0.0;
+    if (at && strcmp(at, "1") == 0) return 1;
+    for (; at && *at; factors++) {
+        static const struct pdi_reaction_symbol {
+            const char *name;
+            int base;
+            double power, size;
+        } symbols[] = {{"mmol", 0, 1.0, 1e-3}, {"umol", 0, 1.0, 1e-6}, {"mol", 0, 1.0, 1.0},
+                       {"mM", 3, 1.0, 1.0},    {"L", 1, 3.0, PDI_REACTION_LITRE}, {"l", 1, 3.0, PDI_REACTION_LITRE},
+                       {"M", 3, 1.0, 1e3},     {"min", 2, 1.0, 60.0},  {"h", 2, 1.0, 3600.0}, {"dm", 1, 1.0, 0.1},
+                       {"m", 1, 1.0, 1.0},     {"s", 2, 1.0, 1.0}};
+        size_t s = 0, most = sizeof symbols / sizeof symbols[0];
+        while (pdi_reaction_blank(*at) || *at == '*') at++;
+        if (*at == '1' && at[1] == '/' && !factors) at++;
+        if (*at == '/') {
+            if (divide < 0) return 0;
+            divide = 1;
+            at++;
+        }
+        while (pdi_reaction_blank(*at)) at++;
+        while (s < most && strncmp(at, symbols[s].name, strlen(symbols[s].name)) != 0) s++;
+        if (s == most) return 0;
+        at += strlen(symbols[s].name);
+        if (*at == '^') at++;
+        double sign = divide ? -1.0 : 1.0;
+        if (*at == '-') {
+            sign = -sign;
+            at++;
+        }
+        double power = pdi_reaction_number(&at);
+        if (power < 0.0) power = 1.0;
+        if (power > PDI_REACTION_LARGEST) return 0;
+        power *= sign;
+        *scale *= pow(symbols[s].size, power);
+        if (symbols[s].base == 3) {
+            exponent[0] += power;
+            exponent[1] -= 3.0 * power;
+        } else {
+            exponent[symbols[s].base] += symbols[s].power * power;
+        }
+        divide = 0;
+    }
+    return 1;
+}
+
+/* "mol2/L2/s" of a power of the concentration, and a rate or not. */
+static void pdi_reaction_expected(double order, double rate, char *text, size_t size)
+{
+    const char *end = rate > 0.0 ? "/s" : "";
+    double n = fabs(order);
+    if (!(n > PDI_REACTION_SAME)) snprintf(text, size, "%s", rate > 0.0 ? "1/s" : "no unit");
+    else if (fabs(n - 1.0) < PDI_REACTION_SAME) snprintf(text, size, order > 0.0 ? "mol/L%s" : "L/mol%s", end);
+    else snprintf(text, size, order > 0.0 ? "mol%g/L%g%s" : "L%g/mol%g%s", n, n, end);
+}
+
+/* *scale of a unit that has to be (mol/L)^order, per second with rate 1. */
+static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *what, const char *unit, double order,
+                                   double rate, double *scale)
+{
+    char expected[PDI_REACTION_TERM];
+    double e[3];
+    if (pdi_reaction_unit(unit, scale, e) && fabs(e[0] - order) < PDI_REACTION_SAME &&
+        fabs(e[1] + 3.0 * order) < PDI_REACTION_SAME && fabs(e[2] + rate) < PDI_REACTION_SAME)
+        return PD_OK;
+    pdi_reaction_expected(order, rate, expected, sizeof expected);
+    if (!unit || !*unit)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
+                        rate > 0.0 ? "" : ", or log10 K");
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has the unit '%.40s', expected %s%s", what, name, unit,
+                    expected, rate > 0.0 ? "" : ", or log10 K");
+}
+
+/* One term "2 OH-" of side -1 or 1. */
+static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, const pd_species *species, int count,
+                                   pd_reaction *r)
+{
+    const char *at = term;
+    double number = pdi_reaction_number(&at);
+    if (number < 0.0) number = 1.0;
+    while (pdi_reaction_blank(*at)) at++;
+    if (!*at || !(number > 0.0) || number > PDI_REACTION_LARGEST)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
+                        "blanks around + and =", r->name, term);
+    for (int i = 0; i < count; i++) {
+        if (strcmp(at, species[i].name) != 0) continue;
+        if (r->nu[i] * side < 0.0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has %s on both sides: keep the difference",
+                            r->name, at);
+        r->nu[i] += side * number;
+        return PD_OK;
+    }
+    char known[160] = "";
+    for (int i = 0; i < count; i++) pdi_append(known, sizeof known, "%s%s", i ? ", " : "", species[i].name);
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the species '%s', which nobody defines: define it, or "
+                    "take "
+                    "one of %s", r->name, at, known);
+}
+
+static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, pd_reaction *r)
+{
+    char term[PDI_REACTION_TERM];
+    size_t size = 0;
+    double side = -1.0;
+    for (const char *at = text;; at++) {
+        int single = (at == text || pdi_reaction_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_blank(at[1]));
+        if (*at && !(single && (*at == '+' || *at == '='))) {
+            if (!size && pdi_reaction_blank(*at)) continue;
+            if (size + 1 == sizeof term)
+                return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
+                                (int)sizeof term - 1);
+            term[size++] = *at;
+            continue;
+        }
+        while (size && pdi_reaction_blank(term[size - 1])) size--;
+        term[size] = 0;
+        PDI_TRY(pdi_reaction_term(ctx, term, side, species, count, r));
+        size = 0;
+        if (*at == '=' && side > 0.0)
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has two =, expected one", r->name);
+        if (*at == '=') side = 1.0;
+        if (!*at) break;
+    }
+    if (side < 0.0)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has no =, expected a text such as H+ + OH- = H2O",
+                        r->name);
+    return PD_OK;
+}
+
+/* Elements and charge of both sides. */
+static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
+{
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < species[i].elements && r->nu[i] != 0.0; k++) {
+            double left = 0.0, right = 0.0;
+            char symbol[3];
+            for (int j = 0; j < count; j++) {
+                double atoms = r->nu[j] * pdi_species_atoms(&species[j], species[i].element[k]);
+                if (atoms < 0.0) left -= atoms;
+                else right += atoms;
+            }
+            if (fabs(left - right) < PDI_REACTION_SAME) continue;
+            pdi_species_symbol(species[i].element[k], symbol);
+            return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right",
+                            r->name, left, symbol, right);
+        }
+    }
+    double left = 0.0, right = 0.0;
+    for (int i = 0; i < count; i++) {
+        if (r->nu[i] < 0.0) left -= r->nu[i] * species[i].charge;
+        else right += r->nu[i] * species[i].charge;
+    }
+    if (fabs(left - right) < PDI_REACTION_SAME) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
+                    "the right",
+                    r->name, left, right);
+}
+
+static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                        pd_reaction *r)
+{
+    double left = 0.0, right = 0.0, scale;
+    for (int i = 0; i < count; i++) {
+        if (species[i].phase != PD_PHASE_SOLUTE) continue;
+        if (r->nu[i] < 0.0) left -= r->nu[i];
+        else right += r->nu[i];
+    }
+    r->has_k = !isnan(desc->k);
+    r->kinetic = desc->forward != 0.0 || desc->backward != 0.0;
+    if (!r->has_k && !r->kinetic)
+        return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has neither a constant of equilibrium nor a rate",
+                        r->name);
+    if (r->has_k && desc->k_unit && strcmp(desc->k_unit, "log10") == 0) {
+        r->ln_k = desc->k * log(10.0);
+    } else if (r->has_k) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
+        r->ln_k = log(desc->k) + log(scale) - (right - left) * log(1e3);
+    }
+    if (r->has_k && !(fabs(r->ln_k) < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "K of '%s' is %g, expected a positive number", r->name,
+                        desc->k);
+    if (!r->kinetic) return PD_OK;
+    if (!(desc->forward >= 0.0) || !(desc->backward >= 0.0) || !(desc->forward + desc->backward < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "the rates of '%s' are %g and %g, expected positive numbers",
+                        r->name, desc->forward, desc->backward);
+    if (r->has_k && desc->forward > 0.0 && desc->backward > 0.0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "'%s' has K and both rates: one follows from the others, "
+                        "drop it",
+                        r->name);
+    double both = r->ln_k + (right - left) * log(1e3); /* logarithm of forward over backward, in mol/m3 */
+    if (desc->forward > 0.0) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
+        r->forward = desc->forward * scale;
+        if (r->has_k) r->backward = exp(log(r->forward) - both);
+    }
+    if (desc->backward > 0.0) {
+        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the backward rate", desc->backward_unit, 1.0 - right, 1.0, &scale));
+        r->backward = desc->backward * scale;
+        if (r->has_k) r->forward = exp(log(r->backward) + both);
+    }
+    if (r->forward < HUGE_VAL && r->backward < HUGE_VAL) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "a rate of '%s' overflows with its K", r->name);
+}
+
+static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                   pd_reaction *r)
+{
+    const char *name = desc->name && *desc->name ? desc->name : desc->text;
+    if (!desc->text)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "desc.text is NULL, expected a text such as H+ + OH- = H2O");
+    snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
+    if (count < 1 || count > PD_SPECIES_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
+    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, r));
+    PDI_TRY(pdi_reaction_balance(ctx, species, count, r));
+    return pdi_reaction_constants(ctx, desc, species, count, r);
+}
+
+pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                           pd_reaction *r)
+{
+    memset(r, 0, sizeof *r);
+    pd_status status = pdi_reaction_fill(ctx, desc, species, count, r);
+    if (status < 0) memset(r, 0, sizeof *r);
+    return status;
+}
+
+double pd_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
+{
+    double forward = r->forward, backward = r->backward;
+    for (int i = 0; i < count; i++) {
+        if (species[i].phase != PD_PHASE_SOLUTE || r->nu[i] == 0.0) continue;
+        if (r->nu[i] < 0.0) forward *= pow(c[i], -r->nu[i]);
+        else backward *= pow(c[i], r->nu[i]);
+    }
+    return forward - backward;
+}
+
+/* ======== >>chemistry/activity.c ======== */
+/* activity: see activity.h */
+#include <math.h>
+
+#define PDI_ACTIVITY_DEBYE 1.82e6 /* [(L/mol)^0.5 K^1.5] over (permittivity times temperature)^1.5 */
+#define PDI_ACTIVITY_DAVIES 0.3      /* [L/mol] */
+#define PDI_ACTIVITY_ZERO 273.15     /* [K] */
+
+/* Relative permittivity of water: Malmberg and Maryott 1956. */
+PDI_FN double pdi_activity_debye(double temperature)
+{
+    double t = temperature - PDI_ACTIVITY_ZERO;
+    double permittivity = 87.740 - t * (0.40008 - t * (9.398e-4 - t * 1.410e-6));
+    return PDI_ACTIVITY_DEBYE / pow(permittivity * temperature, 1.5);
+}
+
+PDI_FN double pdi_activity_davies(double a, double strength, double *slope)
+{
+    double molar = 1e-3 * strength, root = sqrt(molar), factor = -a * log(10.0);
+    *slope = root > 0.0 ? 1e-3 * factor * (0.5 / (root * (1.0 + root) * (1.0 + root)) - PDI_ACTIVITY_DAVIES) : 0.0;
+    return factor * (root / (1.0 + root) - PDI_ACTIVITY_DAVIES * molar);
+}
+
+/* ======== >>chemistry/speciation.c ======== */
+/* speciation: see speciation.h */
+#include <math.h>
+#include <string.h>
+
+/* Most iterations of Newton between two changes of the minerals. */
+#define PDI_SPECIATION_ROUNDS 600
+/* Most changes of the minerals. */
+#define PDI_SPECIATION_CHANGES 100
+/* A combination of stoichiometric numbers below this is zero. */
+#define PDI_SPECIATION_ZERO 1e-9
+/* |ln(IAP/K)| from where one more step of Newton reaches rounding. */
+#define PDI_SPECIATION_NEAR 1e-7
+/* A mineral precipitates above this ln(IAP/K). */
+#define PDI_SPECIATION_ABOVE 1e-10
+/* Share of a concentration that a reaction takes of it to make what is absent. */
+#define PDI_SPECIATION_SEED 1e-3
+/* [mol/m3] that a reaction of water alone makes at the start. */
+#define PDI_SPECIATION_WATER 1e-4
+/* Least share of a concentration that a step leaves. */
+#define PDI_SPECIATION_LEFT 0.05
+/* Most share of a concentration that one reaction may take in a step. */
+#define PDI_SPECIATION_TAKE 0.9
+/* A formed species above this many times one that forms it becomes one of those. */
+#define PDI_SPECIATION_SWAP 2.0
+/* Most halvings of a step. */
+#define PDI_SPECIATION_HALVINGS 60
+/* Of a bounded step, before Newton's own is taken. */
+#define PDI_SPECIATION_TRIES 6
+/* Share of a whole step by which the reactions have to come nearer. */
+#define PDI_SPECIATION_NEARER 0.1
+#define PDI_SPECIATION_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+typedef enum pdi_speciation_state {
+    PDI_SPECIATION_OUT = 0, /* zero, and nothing makes it */
+    PDI_SPECIATION_ABSENT,  /* a mineral that is not there */
+    PDI_SPECIATION_FREE,    /* a solute */
+    PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is there */
+} pdi_speciation_state;
+
+/* Reduced reactions: each makes one species, its pivot, of others that are no pivots. */
+typedef struct pdi_speciation_work {
+    const pd_speciation *s;
+    double n[PD_SPECIES_MOST]; /* [mol/m3] */
+    double x[PD_SPECIES_MOST]; /* ln of mol/L, of solutes */
+    int state[PD_SPECIES_MOST];
+    double row[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
+    int pivot[PD_REACTION_MOST]; /* -1: none */
+    int rows;
+} pdi_speciation_work;
+
+static double pdi_speciation_strength(const pdi_speciation_work *w)
+{
+    double sum = 0.0;
+    for (int i = 0; i < w->s->species; i++)
+        if (w->state[i] == PDI_SPECIATION_FREE) sum += 0.5 * w->s->charge[i] * w->s->charge[i] * w->n[i];
+    return sum;
+}
+
+/* ln of the activity of a solute: x + z^2 davies. */
+static double pdi_speciation_ln(const pdi_speciation_work *w, int i, double davies)
+{
+    return w->state[i] == PDI_SPECIATION_FREE ? w->x[i] + davies * w->s->charge[i] * w->s->charge[i] : 0.0;
+}
+
+static double pdi_speciation_off(const pdi_speciation_work *w, int r, double davies)
+{
+    double sum = -w->ln_k[r];
+    for (int i = 0; i < w->s->species; i++)
+        if (w->row[r][i] != 0.0) sum += w->row[r][i] * pdi_speciation_ln(w, i, davies);
+    return sum;
+}
+
+/* Gauss and Jordan: column i becomes a pivot, where it can. */
+static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
+{
+    int best = -1;
+    double size = PDI_SPECIATION_ZERO;
+    for (int r = 0; r < w->rows; r++) {
+        if (w->pivot[r] >= 0 || !(fabs(w->row[r][i]) > size)) continue;
+        best = r;
+        size = fabs(w->row[r][i]);
+    }
+    if (best < 0) return;
+    double scale = 1.0 / w->row[best][i];
+    for (int k = 0; k < w->s->species; k++) w->row[best][k] *= scale;
+    w->ln_k[best] *= scale;
+    w->row[best][i] = 1.0;
+    w->pivot[best] = i;
+    for (int r = 0; r < w->rows; r++) {
+        double factor = w->row[r][i];
+        if (r == best || factor == 0.0) continue;
+        for (int k = 0; k < w->s->species; k++) {
+            w->row[r][k] -= factor * w->row[best][k];
+            if (fabs(w->row[r][k]) < PDI_SPECIATION_ZERO) w->row[r][k] = 0.0;
+        }
+        w->ln_k[r] -= factor * w->ln_k[best];
+        w->row[r][i] = 0.0;
+    }
+}
+
+/* Reduce: first what is out, then absent minerals, then solutes from the rarest. */
+static void pdi_speciation_reduce(pdi_speciation_work *w)
+{
+    int order[PD_SPECIES_MOST], count = 0;
+    w->rows = w->s->reactions;
+    memcpy(w->row, w->s->nu, sizeof w->row);
+    memcpy(w->ln_k, w->s->ln_k, sizeof w->ln_k);
+    for (int r = 0; r < w->rows; r++) w->pivot[r] = -1;
+    for (int i = 0; i < w->s->species; i++) {
+        int k = count;
+        if (w->state[i] == PDI_SPECIATION_HELD) continue;
+        for (; k > 0; k--) {
+            int j = order[k - 1];
+            if (w->state[j] < w->state[i] || (w->state[j] == w->state[i] && !(w->x[j] > w->x[i]))) break;
+            order[k] = j;
+        }
+        order[k] = i;
+        count++;
+    }
+    for (int k = 0; k < count; k++) pdi_speciation_eliminate(w, order[k]);
+}
+
+/* 1: row r is a reaction among solutes. */
+static int pdi_speciation_runs(const pdi_speciation_work *w, int r)
+{
+    return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_FREE;
+}
+
+/* Extents xi [mol/m3] of row r added to all species. */
+static void pdi_speciation_run(pdi_speciation_work *w, const double *nu, double xi)
+{
+    for (int i = 0; i < w->s->species; i++) w->n[i] += nu[i] * xi;
+}
+
+/* Small extents until every species that can be made is there. */
+static void pdi_speciation_seed(pdi_speciation_work *w)
+{
+    for (int again = 1; again;) {
+        again = 0;
+        for (int r = 0; r < w->s->reactions; r++) {
+            for (double way = -1.0; way < 2.0; way += 2.0) {
+                double most = HUGE_VAL;
+                int makes = 0;
+                for (int i = 0; i < w->s->species; i++) {
+                    double nu = way * w->s->nu[r][i];
+                    if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
+                    if (nu < 0.0) most = fmin(most, w->n[i] / -nu);
+                    if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
+                }
+                if (!makes || !(most > 0.0)) continue;
+                double xi = most < HUGE_VAL ? PDI_SPECIATION_SEED * most : PDI_SPECIATION_WATER;
+                pdi_speciation_run(w, w->s->nu[r], way * xi);
+                again = again || xi > DBL_MIN;
+            }
+        }
+    }
+}
+
+static void pdi_speciation_begin(pdi_speciation_work *w)
+{
+    for (int i = 0; i < w->s->species; i++) {
+        int solute = w->s->phase[i] == PD_PHASE_SOLUTE, there = w->n[i] > 0.0;
+        w->x[i] = solute && there ? log(w->n[i] / PDI_SPECIATION_MOLAR) : 0.0;
+        if (solute) w->state[i] = there ? PDI_SPECIATION_FREE : PDI_SPECIATION_OUT;
+        else if (w->s->phase[i] == PD_PHASE_SOLVENT || there) w->state[i] = PDI_SPECIATION_HELD;
+        else w->state[i] = PDI_SPECIATION_ABSENT;
+    }
+}
+
+/* Solve a x = b of `rows` equations, pivoted; x in b. 0: singular. */
+static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
+{
+    for (int c = 0; c < rows; c++) {
+        int best = c;
+        for (int r = c + 1; r < rows; r++)
+            if (fabs(a[r][c]) > fabs(a[best][c])) best = r;
+        if (!(fabs(a[best][c]) > 0.0)) return 0;
+        for (int k = 0; k < rows; k++) {
+            double swap = a[c][k];
+            a[c][k] = a[best][k];
+            a[best][k] = swap;
+        }
+        double swap = b[c];
+        b[c] = b[best];
+        b[best] = swap;
+        for (int r = c + 1; r < rows; r++) {
+            double factor = a[r][c] / a[c][c];
+            for (int k = c; k < rows && factor != 0.0; k++) a[r][k] -= factor * a[c][k];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int r = rows - 1; r >= 0; r--) {
+        for (int k = r + 1; k < rows; k++) b[r] -= a[r][k] * b[k];
+        b[r] /= a[r][r];
+    }
+    return 1;
+}
+
+/* Changes dy of the logarithms of the pivots by Newton. `list` are the rows that run. 0: there is none. */
+static int pdi_speciation_newton(const pdi_speciation_work *w, const int *list, int rows, const double *off,
+                                 double slope, double *dy)
+{
+    double a[PD_REACTION_MOST][PD_REACTION_MOST], q[PD_REACTION_MOST];
+    for (int r = 0; r < rows; r++) {
+        q[r] = 0.0;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->state[i] == PDI_SPECIATION_FREE) q[r] += w->row[list[r]][i] * w->s->charge[i] * w->s->charge[i];
+    }
+    for (int r = 0; r < rows; r++) {
+        for (int k = 0; k < rows; k++) {
+            int p = w->pivot[list[k]];
+            double sum = 0.5 * slope * q[r] * q[k] * w->n[p];
+            for (int i = 0; i < w->s->species; i++)
+                if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] != 0.0 && w->row[list[k]][i] != 0.0 &&
+                    i != w->pivot[list[r]])
+                    sum += w->row[list[r]][i] * w->row[list[k]][i] * (w->n[p] / w->n[i]);
+            a[r][k] = sum + (r == k ? 1.0 : 0.0);
+        }
+        dy[r] = -off[r];
+    }
+    if (!pdi_speciation_linear(rows, a, dy)) return 0;
+    for (int r = 0; r < rows; r++)
+        if (!(fabs(dy[r]) < HUGE_VAL)) return 0;
+    return 1;
+}
+
+/* No reaction takes more than there is. */
+static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, int rows, double *dy)
+{
+    for (int r = 0; r < rows; r++) {
+        int p = w->pivot[list[r]];
+        double room = HUGE_VAL;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] < 0.0)
+                room = fmin(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = fmin(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
+    }
+}
+
+/* *w moved by t dy. 0: a solute would fall too far. */
+static int pdi_speciation_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
+{
+    double start[PD_SPECIES_MOST];
+    memcpy(start, w->n, sizeof start);
+    for (int r = 0; r < rows; r++) {
+        int p = w->pivot[list[r]];
+        double made = PDI_SPECIATION_MOLAR * exp(w->x[p] + t * dy[r]) - start[p];
+        if (!(made < HUGE_VAL)) return 0;
+        w->x[p] += t * dy[r];
+        w->n[p] = PDI_SPECIATION_MOLAR * exp(w->x[p]);
+        for (int i = 0; i < w->s->species; i++)
+            if (i != p && w->row[list[r]][i] != 0.0) w->n[i] += w->row[list[r]][i] * made;
+    }
+    for (int i = 0; i < w->s->species; i++) {
+        int pivot = 0;
+        for (int r = 0; r < rows; r++) pivot = pivot || w->pivot[list[r]] == i;
+        if (pivot || w->state[i] != PDI_SPECIATION_FREE) continue;
+        if (!(w->n[i] > PDI_SPECIATION_LEFT * start[i]) || !(w->n[i] < HUGE_VAL)) return 0;
+        if (w->n[i] != start[i]) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
+    }
+    return 1;
+}
+
+static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list, int rows, double *off)
+{
+    double slope, worst = 0.0;
+    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope) : 0.0;
+    for (int r = 0; r < rows; r++) {
+        off[r] = pdi_speciation_off(w, list[r], davies);
+        worst = fmax(worst, fabs(off[r]));
+    }
+    return worst;
+}
+
+/* 1: a pivot is larger than what forms it. */
+static int pdi_speciation_large(const pdi_speciation_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        if (!pdi_speciation_runs(w, r)) continue;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->row[r][i] != 0.0 && w->state[i] == PDI_SPECIATION_FREE && i != w->pivot[r] &&
+                w->n[w->pivot[r]] > PDI_SPECIATION_SWAP * w->n[i])
+                return 1;
+    }
+    return 0;
+}
+
+/* A step along dy, halved until the free energy falls along it or the reactions come nearer. 0: none does. */
+static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
+                                 const double *off, double worst, int halvings)
+{
+    const pdi_speciation_work from = *w;
+    double next[PD_REACTION_MOST], before = 0.0, t = 1.0;
+    for (int r = 0; r < rows; r++) before += off[r] * w->n[w->pivot[list[r]]] * dy[r];
+    if (before > 0.0 && worst > PDI_SPECIATION_NEAR) return 0;
+    for (int k = 0; k < halvings; k++, t *= 0.5) {
+        double after = 0.0;
+        *w = from;
+        if (!pdi_speciation_move(w, list, rows, dy, t)) continue;
+        double now = pdi_speciation_worst(w, list, rows, next);
+        for (int r = 0; r < rows; r++) after += next[r] * w->n[w->pivot[list[r]]] * dy[r];
+        if (worst <= PDI_SPECIATION_NEAR || now < (1.0 - PDI_SPECIATION_NEARER * t) * worst ||
+            after <= -0.5 * before)
+            return 1;
+    }
+    *w = from;
+    return 0;
+}
+
+/* Equilibrium of the solutes with the minerals that are there, whose amounts may become negative. */
+static pd_status pdi_speciation_face(pdi_speciation_work *w, int *iterations)
+{
+    int list[PD_REACTION_MOST];
+    double off[PD_REACTION_MOST], dy[PD_REACTION_MOST], bounded[PD_REACTION_MOST], size = 1.0;
+    for (int i = 0; i < w->s->species; i++)
+        if (w->s->phase[i] != PD_PHASE_SOLVENT) size += fabs(w->n[i]);
+    for (int round = 0; round < PDI_SPECIATION_ROUNDS; round++) {
+        int rows = 0, near;
+        double slope = 0.0;
+        if (pdi_speciation_large(w)) pdi_speciation_reduce(w);
+        for (int r = 0; r < w->rows; r++)
+            if (pdi_speciation_runs(w, r)) list[rows++] = r;
+        double worst = pdi_speciation_worst(w, list, rows, off);
+        near = worst <= PDI_SPECIATION_NEAR;
+        if (!(worst > 0.0)) return PD_OK;
+        if (w->s->debye > 0.0) pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope);
+        if (!pdi_speciation_newton(w, list, rows, off, slope, dy)) return PD_NOT_CONVERGED;
+        memcpy(bounded, dy, sizeof bounded);
+        pdi_speciation_bound(w, list, rows, bounded);
+        if (!pdi_speciation_search(w, list, rows, bounded, off, worst, PDI_SPECIATION_TRIES) &&
+            !pdi_speciation_search(w, list, rows, dy, off, worst, PDI_SPECIATION_HALVINGS))
+            return PD_NOT_CONVERGED;
+        ++*iterations;
+        if (near) return PD_OK;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->s->phase[i] == PD_PHASE_SOLID && w->n[i] < -10.0 * size) return PD_OK; /* far beyond its end */
+    }
+    return PD_NOT_CONVERGED;
+}
+
+static void pdi_speciation_remove(pdi_speciation_work *w, int i)
+{
+    w->n[i] = 0.0;
+    w->state[i] = PDI_SPECIATION_ABSENT;
+}
+
+/* Minerals that stand in each other's way, where all are saturated at any composition: the less stable one turns into
+ * the others as far as it can. 1: one is gone. -1: nothing ends it. */
+static int pdi_speciation_convert(pdi_speciation_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        int first = -1;
+        double most = HUGE_VAL, way = w->ln_k[r] < 0.0 ? -1.0 : 1.0;
+        if (w->pivot[r] >= 0) continue;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->s->phase[i] == PD_PHASE_SOLID && way * w->row[r][i] < 0.0 && w->n[i] / (-way * w->row[r][i]) <
+            most) {
+                first = i;
+                most = w->n[i] / (-way * w->row[r][i]);
+            }
+        if (first < 0) {
+            for (int i = 0; i < w->s->species; i++)
+                if (w->row[r][i] != 0.0) return -1;
+            continue; /* the sum of others */
+        }
+        pdi_speciation_run(w, w->row[r], way * most);
+        pdi_speciation_remove(w, first);
+        return 1;
+    }
+    return 0;
+}
+
+/* The mineral that runs out first on the way from n0, where there is one: *w stands at its end then. -1: none. */
+static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
+{
+    int first = -1;
+    double share = 1.0;
+    for (int i = 0; i < w->s->species; i++) {
+        if (w->state[i] != PDI_SPECIATION_HELD || w->s->phase[i] != PD_PHASE_SOLID || w->n[i] >= 0.0) continue;
+        double t = n0[i] / (n0[i] - w->n[i]);
+        if (first >= 0 && t >= share) continue;
+        first = i;
+        share = t;
+    }
+    if (first < 0) return -1;
+    for (int i = 0; i < w->s->species; i++) {
+        w->n[i] = n0[i] + share * (w->n[i] - n0[i]);
+        if (w->state[i] == PDI_SPECIATION_FREE && w->n[i] > 0.0) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
+        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = fmax(w->n[i], 0.0); /* rounding of one at its end */
+    }
+    pdi_speciation_remove(w, first);
+    return first;
+}
+
+/* Activities; the absent mineral that is most above its saturation, but not `spared`; -1: none. */
+static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciation_result *result)
+{
+    double slope, most = PDI_SPECIATION_ABOVE;
+    int best = -1;
+    result->strength = pdi_speciation_strength(w);
+    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, result->strength, &slope) : 0.0;
+    pdi_speciation_reduce(w);
+    result->residual = 0.0;
+    for (int i = 0; i < w->s->species; i++)
+        result->log_activity[i] = w->state[i] == PDI_SPECIATION_OUT || w->state[i] == PDI_SPECIATION_ABSENT
+                                      ? -HUGE_VAL : pdi_speciation_ln(w, i, davies) / log(10.0);
+    for (int r = 0; r < w->rows; r++) {
+        int i = w->pivot[r];
+        if (i < 0 || w->state[i] == PDI_SPECIATION_OUT) continue;
+        double off = pdi_speciation_off(w, r, davies);
+        if (w->state[i] == PDI_SPECIATION_FREE) {
+            result->residual = fmax(result->residual, fabs(off));
+            continue;
+        }
+        result->log_activity[i] = -off / log(10.0);
+        if (-off > most && i != spared) {
+            most = -off;
+            best = i;
+        }
+    }
+    return best;
+}
+
+pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_result *result)
+{
+    pdi_speciation_work w;
+    int added = -1, spared = -1;
+    memset(result, 0, sizeof *result);
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    for (int i = 0; i < s->species; i++) {
+        if ((!(c[i] >= 0.0) && s->phase[i] != PD_PHASE_SOLVENT) || !(fabs(c[i]) < HUGE_VAL)) return PD_ERR_ARGUMENT;
+        w.n[i] = c[i];
+    }
+    pdi_speciation_seed(&w);
+    pdi_speciation_begin(&w);
+    for (; result->changes < PDI_SPECIATION_CHANGES; result->changes++) {
+        double n0[PD_SPECIES_MOST];
+        pdi_speciation_reduce(&w);
+        int gone = pdi_speciation_convert(&w);
+        if (gone < 0) return PD_NOT_CONVERGED;
+        if (gone) continue;
+        memcpy(n0, w.n, sizeof n0);
+        pd_status status = pdi_speciation_face(&w, &result->iterations);
+        if (status != PD_OK) return status;
+        int first = pdi_speciation_shrink(&w, n0);
+        if (first >= 0) {
+            if (first == added) spared = first; /* at its saturation, to rounding */
+            continue;
+        }
+        added = pdi_speciation_judge(&w, spared, result);
+        if (added < 0) {
+            memcpy(c, w.n, (size_t)s->species * sizeof *c);
+            return PD_OK;
+        }
+        w.state[added] = PDI_SPECIATION_HELD;
+    }
+    return PD_NOT_CONVERGED;
+}
+
+static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                     int reaction_count, pd_speciation *s)
+{
+    pdi_speciation_work w;
+    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "%d species and %d reactions, expected 1 to %d "
+                        "species", count,
+                        reaction_count, PD_SPECIES_MOST);
+    s->species = count;
+    for (int i = 0; i < count; i++) {
+        s->charge[i] = species[i].charge;
+        s->phase[i] = species[i].phase;
+    }
+    for (int r = 0; r < reaction_count; r++) {
+        if (reactions[r].kinetic) continue;
+        if (s->reactions == PD_REACTION_MOST)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
+                            PD_REACTION_MOST);
+        for (int i = 0; i < count; i++) {
+            if (reactions[r].nu[i] == 0.0 || s->phase[i] <= PD_PHASE_SOLID) continue;
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "
+                            "water "
+                            "and solids alone", reactions[r].name, species[i].name);
+        }
+        memcpy(s->nu[s->reactions], reactions[r].nu, sizeof reactions[r].nu);
+        s->ln_k[s->reactions++] = reactions[r].ln_k;
+    }
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    for (int i = 0; i < count; i++) w.state[i] = PDI_SPECIATION_FREE;
+    pdi_speciation_reduce(&w);
+    for (int r = 0; r < w.rows; r++)
+        if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
+                            "product of theirs: leave one out");
+    return PD_OK;
+}
+
+pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                              int reaction_count, pd_activity activity, double temperature, pd_speciation *s)
+{
+    memset(s, 0, sizeof *s);
+    pd_status status = pdi_speciation_fill(ctx, species, count, reactions, reaction_count, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    return status;
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
 #if !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
@@ -42644,7 +43853,7 @@ static void pdi_ticks_logarithmic(int most, pdi_ticks *axis)
     int first = (int)floor(log10(axis->lo) + 1e-9), last = (int)ceil(log10(axis->hi) - 1e-9);
     int decades = last - first, skip = (decades + most - 1) / most;
     int plain = first >= -3 && last <= 5;
-    char label[PDI_NUMBER_SIZE], power[32];
+    char label[PDI_NUMBER_SIZE], power[24];
     if (skip < 1) skip = 1;
     for (int e = first; e <= last; e++)
         for (int k = 1; k < (decades > 8 ? 2 : 10); k++) {

@@ -12,6 +12,7 @@ core|memory, errors, threads, random numbers
 lattice|nodes, families, bonds, operators, sides of the box
 solve|linear solvers, multigrid, steps in time; no physics
 flow|flow of the liquid, steady and in time; gas
+chemistry|species, reactions, activities; knows no lattice
 transport|what the liquid carries: advection, diffusion
 solid|mechanics: points, elasticity, cracks
 metal|metals, laws, dissolving surfaces, pits, salt layers

@@ -37,6 +37,8 @@ PD_PICTURE_SQUAT = 0.9
 PD_PICTURE_WIDTH = 1000
 PD_PLOT_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
+PD_REACTION_MOST = 24
+PD_REACTION_NAME = 32
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
 PD_SCAFFOLD_LEVELS = 30
 PD_SETUP_CONTOURS = 32
@@ -55,6 +57,9 @@ PD_SETUP_SURFACES = 8
 PD_SETUP_WALLS = 32
 PD_SHAPE_MAX = 256
 PD_SHAPE_MAX_EVALUATIONS = 4096
+PD_SPECIES_ELEMENTS = 8
+PD_SPECIES_MOST = 32
+PD_SPECIES_NAME = 24
 PD_STORE_NAME = 32
 PD_SWEEP_AXES = 8
 PD_SWEEP_OVERRIDES = 64
@@ -124,6 +129,13 @@ PD_EOS_TAIT = 0
 PD_EOS_LINEAR = 1
 PD_GAS_SECOND = 0
 PD_GAS_FIRST = 1
+PD_PHASE_SOLUTE = 0
+PD_PHASE_SOLVENT = 1
+PD_PHASE_SOLID = 2
+PD_PHASE_GAS = 3
+PD_PHASE_ELECTRON = 4
+PD_ACTIVITY_IDEAL = 0
+PD_ACTIVITY_DAVIES = 1
 PD_ADVECTION_LIMITED = 0
 PD_ADVECTION_UPWIND = 1
 PD_INFLUENCE_CONSTANT = 0
@@ -261,6 +273,8 @@ ENUMS = {
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
+    'pd_phase': {'PD_PHASE_SOLUTE': 0, 'PD_PHASE_SOLVENT': 1, 'PD_PHASE_SOLID': 2, 'PD_PHASE_GAS': 3, 'PD_PHASE_ELECTRON': 4},
+    'pd_activity': {'PD_ACTIVITY_IDEAL': 0, 'PD_ACTIVITY_DAVIES': 1},
     'pd_advection': {'PD_ADVECTION_LIMITED': 0, 'PD_ADVECTION_UPWIND': 1},
     'pd_influence': {'PD_INFLUENCE_CONSTANT': 0, 'PD_INFLUENCE_INVERSE': 1, 'PD_INFLUENCE_LINEAR': 2},
     'pd_rim': {'PD_RIM_LINEAR': 0, 'PD_RIM_EXACT': 1},
@@ -1131,6 +1145,75 @@ def declare(dim):
         ('steps', c_int64),
         ('rejected', c_int64),
         ('lowered', c_int64),
+    ]
+
+    class pd_species_desc(Structure):
+        pass
+    pd_species_desc._fields_ = [
+        ('name', c_char_p),
+        ('formula', c_char_p),
+        ('has_charge', c_int),
+        ('charge', c_int),
+        ('diffusivity', c_double),
+    ]
+
+    class pd_species(Structure):
+        pass
+    pd_species._fields_ = [
+        ('name', c_char * 24),
+        ('charge', c_int),
+        ('phase', c_int),
+        ('elements', c_int),
+        ('element', c_int * 8),
+        ('count', c_int * 8),
+        ('diffusivity', c_double),
+    ]
+
+    class pd_reaction_desc(Structure):
+        pass
+    pd_reaction_desc._fields_ = [
+        ('name', c_char_p),
+        ('text', c_char_p),
+        ('k', c_double),
+        ('k_unit', c_char_p),
+        ('forward', c_double),
+        ('forward_unit', c_char_p),
+        ('backward', c_double),
+        ('backward_unit', c_char_p),
+    ]
+
+    class pd_reaction(Structure):
+        pass
+    pd_reaction._fields_ = [
+        ('name', c_char * 32),
+        ('nu', c_double * 32),
+        ('has_k', c_int),
+        ('ln_k', c_double),
+        ('kinetic', c_int),
+        ('forward', c_double),
+        ('backward', c_double),
+    ]
+
+    class pd_speciation(Structure):
+        pass
+    pd_speciation._fields_ = [
+        ('species', c_int),
+        ('reactions', c_int),
+        ('charge', c_int * 32),
+        ('phase', c_int * 32),
+        ('nu', c_double * 32 * 24),
+        ('ln_k', c_double * 24),
+        ('debye', c_double),
+    ]
+
+    class pd_speciation_result(Structure):
+        pass
+    pd_speciation_result._fields_ = [
+        ('iterations', c_int),
+        ('changes', c_int),
+        ('residual', c_double),
+        ('strength', c_double),
+        ('log_activity', c_double * 32),
     ]
 
     class pd_diffusion_desc(Structure):
@@ -3260,6 +3343,11 @@ def declare(dim):
         'pd_gas_step': (c_int, [POINTER(pd_ctx), POINTER(pd_gas), c_double]),
         'pd_gas_process': (pd_process, [POINTER(pd_gas)]),
         'pd_gas_free': (None, [POINTER(pd_ctx), POINTER(pd_gas)]),
+        'pd_species_read': (c_int, [POINTER(pd_ctx), POINTER(pd_species_desc), POINTER(pd_species)]),
+        'pd_reaction_read': (c_int, [POINTER(pd_ctx), POINTER(pd_reaction_desc), POINTER(pd_species), c_int, POINTER(pd_reaction)]),
+        'pd_reaction_speed': (c_double, [POINTER(pd_reaction), POINTER(pd_species), c_int, POINTER(c_double)]),
+        'pd_speciation_build': (c_int, [POINTER(pd_ctx), POINTER(pd_species), c_int, POINTER(pd_reaction), c_int, c_int, c_double, POINTER(pd_speciation)]),
+        'pd_speciation_solve': (c_int, [POINTER(pd_speciation), POINTER(c_double), POINTER(pd_speciation_result)]),
         'pd_transport_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport_desc), POINTER(pd_transport)]),
         'pd_transport_update': (c_int, [POINTER(pd_ctx), POINTER(pd_transport)]),
         'pd_transport_implicit': (c_int, [POINTER(pd_ctx), POINTER(pd_transport), c_double, POINTER(pd_transport_result)]),

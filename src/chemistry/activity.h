@@ -1,0 +1,18 @@
+/* activity: coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4). */
+#ifndef PD_ACTIVITY_H
+#define PD_ACTIVITY_H
+#include "core/base.h"
+
+typedef enum pd_activity {
+    PD_ACTIVITY_IDEAL = 0,
+    PD_ACTIVITY_DAVIES /* Davies 1962: up to an ionic strength of about 500 mol/m3 */
+} pd_activity;
+
+#ifdef PDI_INTERNAL
+/* A [(L/mol)^0.5] of Debye and Hueckel in water at temperature [K], 273 to 373. */
+PDI_FN double pdi_activity_debye(double temperature);
+/* ln gamma over the square of the charge at an ionic strength [mol/m3]; its derivative [m3/mol]. a: A. */
+PDI_FN double pdi_activity_davies(double a, double strength, double *slope);
+#endif
+
+#endif

@@ -1,0 +1,40 @@
+/* reaction: a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates. */
+#ifndef PD_REACTION_H
+#define PD_REACTION_H
+#include "chemistry/species.h"
+
+#define PD_REACTION_MOST 24 /* reactions of a system */
+#define PD_REACTION_NAME 32 /* [byte] of a name with its end */
+
+typedef struct pd_reaction_desc {
+    const char *name;    /* of messages */
+    const char *text;    /* "Mg2+ + 2 OH- = Mg(OH)2(s)": blanks around + and = */
+    double k;            /* [unit of k_unit] constant of equilibrium as the text reads; NaN: none */
+    const char *k_unit;  /* "mol2/L2"; "log10": k is the decimal logarithm with mol/L; NULL or "": of no unit */
+    double forward;      /* [unit of forward_unit] rate constant; 0: the reaction is in equilibrium */
+    const char *forward_unit;  /* "L/mol/s" */
+    double backward;     /* [unit of backward_unit] 0: forward over K, or none without a K */
+    const char *backward_unit; /* "mol/L/s" */
+} pd_reaction_desc;
+
+typedef struct pd_reaction {
+    char name[PD_REACTION_NAME];
+    double nu[PD_SPECIES_MOST]; /* [-] of each species: products positive */
+    int has_k;
+    double ln_k;                /* [-] natural logarithm of K with mol/L; activities of solids and solvent are 1 */
+    int kinetic;
+    double forward, backward;   /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
+} pd_reaction;
+
+#define pd_reaction_read PD_NAME(pd_reaction_read)
+#define pd_reaction_speed PD_NAME(pd_reaction_speed)
+
+/* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
+ * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
+PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                  pd_reaction *reaction);
+/* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
+ * the solvent and a gas count as 1. */
+PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
+
+#endif

@@ -1,0 +1,508 @@
+/* speciation: see speciation.h */
+#include "chemistry/speciation.h"
+#include <math.h>
+#include <string.h>
+
+/* Most iterations of Newton between two changes of the minerals. */
+#define PDI_SPECIATION_ROUNDS 600
+/* Most changes of the minerals. */
+#define PDI_SPECIATION_CHANGES 100
+/* A combination of stoichiometric numbers below this is zero. */
+#define PDI_SPECIATION_ZERO 1e-9
+/* |ln(IAP/K)| from where one more step of Newton reaches rounding. */
+#define PDI_SPECIATION_NEAR 1e-7
+/* A mineral precipitates above this ln(IAP/K). */
+#define PDI_SPECIATION_ABOVE 1e-10
+/* Share of a concentration that a reaction takes of it to make what is absent. */
+#define PDI_SPECIATION_SEED 1e-3
+/* [mol/m3] that a reaction of water alone makes at the start. */
+#define PDI_SPECIATION_WATER 1e-4
+/* Least share of a concentration that a step leaves. */
+#define PDI_SPECIATION_LEFT 0.05
+/* Most share of a concentration that one reaction may take in a step. */
+#define PDI_SPECIATION_TAKE 0.9
+/* A formed species above this many times one that forms it becomes one of those. */
+#define PDI_SPECIATION_SWAP 2.0
+/* Most halvings of a step. */
+#define PDI_SPECIATION_HALVINGS 60
+/* Of a bounded step, before Newton's own is taken. */
+#define PDI_SPECIATION_TRIES 6
+/* Share of a whole step by which the reactions have to come nearer. */
+#define PDI_SPECIATION_NEARER 0.1
+#define PDI_SPECIATION_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+typedef enum pdi_speciation_state {
+    PDI_SPECIATION_OUT = 0, /* zero, and nothing makes it */
+    PDI_SPECIATION_ABSENT,  /* a mineral that is not there */
+    PDI_SPECIATION_FREE,    /* a solute */
+    PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is there */
+} pdi_speciation_state;
+
+/* Reduced reactions: each makes one species, its pivot, of others that are no pivots. */
+typedef struct pdi_speciation_work {
+    const pd_speciation *s;
+    double n[PD_SPECIES_MOST]; /* [mol/m3] */
+    double x[PD_SPECIES_MOST]; /* ln of mol/L, of solutes */
+    int state[PD_SPECIES_MOST];
+    double row[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
+    int pivot[PD_REACTION_MOST]; /* -1: none */
+    int rows;
+} pdi_speciation_work;
+
+static double pdi_speciation_strength(const pdi_speciation_work *w)
+{
+    double sum = 0.0;
+    for (int i = 0; i < w->s->species; i++)
+        if (w->state[i] == PDI_SPECIATION_FREE) sum += 0.5 * w->s->charge[i] * w->s->charge[i] * w->n[i];
+    return sum;
+}
+
+/* ln of the activity of a solute: x + z^2 davies. */
+static double pdi_speciation_ln(const pdi_speciation_work *w, int i, double davies)
+{
+    return w->state[i] == PDI_SPECIATION_FREE ? w->x[i] + davies * w->s->charge[i] * w->s->charge[i] : 0.0;
+}
+
+static double pdi_speciation_off(const pdi_speciation_work *w, int r, double davies)
+{
+    double sum = -w->ln_k[r];
+    for (int i = 0; i < w->s->species; i++)
+        if (w->row[r][i] != 0.0) sum += w->row[r][i] * pdi_speciation_ln(w, i, davies);
+    return sum;
+}
+
+/* Gauss and Jordan: column i becomes a pivot, where it can. */
+static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
+{
+    int best = -1;
+    double size = PDI_SPECIATION_ZERO;
+    for (int r = 0; r < w->rows; r++) {
+        if (w->pivot[r] >= 0 || !(fabs(w->row[r][i]) > size)) continue;
+        best = r;
+        size = fabs(w->row[r][i]);
+    }
+    if (best < 0) return;
+    double scale = 1.0 / w->row[best][i];
+    for (int k = 0; k < w->s->species; k++) w->row[best][k] *= scale;
+    w->ln_k[best] *= scale;
+    w->row[best][i] = 1.0;
+    w->pivot[best] = i;
+    for (int r = 0; r < w->rows; r++) {
+        double factor = w->row[r][i];
+        if (r == best || factor == 0.0) continue;
+        for (int k = 0; k < w->s->species; k++) {
+            w->row[r][k] -= factor * w->row[best][k];
+            if (fabs(w->row[r][k]) < PDI_SPECIATION_ZERO) w->row[r][k] = 0.0;
+        }
+        w->ln_k[r] -= factor * w->ln_k[best];
+        w->row[r][i] = 0.0;
+    }
+}
+
+/* Reduce: first what is out, then absent minerals, then solutes from the rarest. */
+static void pdi_speciation_reduce(pdi_speciation_work *w)
+{
+    int order[PD_SPECIES_MOST], count = 0;
+    w->rows = w->s->reactions;
+    memcpy(w->row, w->s->nu, sizeof w->row);
+    memcpy(w->ln_k, w->s->ln_k, sizeof w->ln_k);
+    for (int r = 0; r < w->rows; r++) w->pivot[r] = -1;
+    for (int i = 0; i < w->s->species; i++) {
+        int k = count;
+        if (w->state[i] == PDI_SPECIATION_HELD) continue;
+        for (; k > 0; k--) {
+            int j = order[k - 1];
+            if (w->state[j] < w->state[i] || (w->state[j] == w->state[i] && !(w->x[j] > w->x[i]))) break;
+            order[k] = j;
+        }
+        order[k] = i;
+        count++;
+    }
+    for (int k = 0; k < count; k++) pdi_speciation_eliminate(w, order[k]);
+}
+
+/* 1: row r is a reaction among solutes. */
+static int pdi_speciation_runs(const pdi_speciation_work *w, int r)
+{
+    return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_FREE;
+}
+
+/* Extents xi [mol/m3] of row r added to all species. */
+static void pdi_speciation_run(pdi_speciation_work *w, const double *nu, double xi)
+{
+    for (int i = 0; i < w->s->species; i++) w->n[i] += nu[i] * xi;
+}
+
+/* Small extents until every species that can be made is there. */
+static void pdi_speciation_seed(pdi_speciation_work *w)
+{
+    for (int again = 1; again;) {
+        again = 0;
+        for (int r = 0; r < w->s->reactions; r++) {
+            for (double way = -1.0; way < 2.0; way += 2.0) {
+                double most = HUGE_VAL;
+                int makes = 0;
+                for (int i = 0; i < w->s->species; i++) {
+                    double nu = way * w->s->nu[r][i];
+                    if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
+                    if (nu < 0.0) most = fmin(most, w->n[i] / -nu);
+                    if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
+                }
+                if (!makes || !(most > 0.0)) continue;
+                double xi = most < HUGE_VAL ? PDI_SPECIATION_SEED * most : PDI_SPECIATION_WATER;
+                pdi_speciation_run(w, w->s->nu[r], way * xi);
+                again = again || xi > DBL_MIN;
+            }
+        }
+    }
+}
+
+static void pdi_speciation_begin(pdi_speciation_work *w)
+{
+    for (int i = 0; i < w->s->species; i++) {
+        int solute = w->s->phase[i] == PD_PHASE_SOLUTE, there = w->n[i] > 0.0;
+        w->x[i] = solute && there ? log(w->n[i] / PDI_SPECIATION_MOLAR) : 0.0;
+        if (solute) w->state[i] = there ? PDI_SPECIATION_FREE : PDI_SPECIATION_OUT;
+        else if (w->s->phase[i] == PD_PHASE_SOLVENT || there) w->state[i] = PDI_SPECIATION_HELD;
+        else w->state[i] = PDI_SPECIATION_ABSENT;
+    }
+}
+
+/* Solve a x = b of `rows` equations, pivoted; x in b. 0: singular. */
+static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
+{
+    for (int c = 0; c < rows; c++) {
+        int best = c;
+        for (int r = c + 1; r < rows; r++)
+            if (fabs(a[r][c]) > fabs(a[best][c])) best = r;
+        if (!(fabs(a[best][c]) > 0.0)) return 0;
+        for (int k = 0; k < rows; k++) {
+            double swap = a[c][k];
+            a[c][k] = a[best][k];
+            a[best][k] = swap;
+        }
+        double swap = b[c];
+        b[c] = b[best];
+        b[best] = swap;
+        for (int r = c + 1; r < rows; r++) {
+            double factor = a[r][c] / a[c][c];
+            for (int k = c; k < rows && factor != 0.0; k++) a[r][k] -= factor * a[c][k];
+            b[r] -= factor * b[c];
+        }
+    }
+    for (int r = rows - 1; r >= 0; r--) {
+        for (int k = r + 1; k < rows; k++) b[r] -= a[r][k] * b[k];
+        b[r] /= a[r][r];
+    }
+    return 1;
+}
+
+/* Changes dy of the logarithms of the pivots by Newton. `list` are the rows that run. 0: there is none. */
+static int pdi_speciation_newton(const pdi_speciation_work *w, const int *list, int rows, const double *off,
+                                 double slope, double *dy)
+{
+    double a[PD_REACTION_MOST][PD_REACTION_MOST], q[PD_REACTION_MOST];
+    for (int r = 0; r < rows; r++) {
+        q[r] = 0.0;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->state[i] == PDI_SPECIATION_FREE) q[r] += w->row[list[r]][i] * w->s->charge[i] * w->s->charge[i];
+    }
+    for (int r = 0; r < rows; r++) {
+        for (int k = 0; k < rows; k++) {
+            int p = w->pivot[list[k]];
+            double sum = 0.5 * slope * q[r] * q[k] * w->n[p];
+            for (int i = 0; i < w->s->species; i++)
+                if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] != 0.0 && w->row[list[k]][i] != 0.0 &&
+                    i != w->pivot[list[r]])
+                    sum += w->row[list[r]][i] * w->row[list[k]][i] * (w->n[p] / w->n[i]);
+            a[r][k] = sum + (r == k ? 1.0 : 0.0);
+        }
+        dy[r] = -off[r];
+    }
+    if (!pdi_speciation_linear(rows, a, dy)) return 0;
+    for (int r = 0; r < rows; r++)
+        if (!(fabs(dy[r]) < HUGE_VAL)) return 0;
+    return 1;
+}
+
+/* No reaction takes more than there is. */
+static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, int rows, double *dy)
+{
+    for (int r = 0; r < rows; r++) {
+        int p = w->pivot[list[r]];
+        double room = HUGE_VAL;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] < 0.0)
+                room = fmin(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = fmin(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
+    }
+}
+
+/* *w moved by t dy. 0: a solute would fall too far. */
+static int pdi_speciation_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
+{
+    double start[PD_SPECIES_MOST];
+    memcpy(start, w->n, sizeof start);
+    for (int r = 0; r < rows; r++) {
+        int p = w->pivot[list[r]];
+        double made = PDI_SPECIATION_MOLAR * exp(w->x[p] + t * dy[r]) - start[p];
+        if (!(made < HUGE_VAL)) return 0;
+        w->x[p] += t * dy[r];
+        w->n[p] = PDI_SPECIATION_MOLAR * exp(w->x[p]);
+        for (int i = 0; i < w->s->species; i++)
+            if (i != p && w->row[list[r]][i] != 0.0) w->n[i] += w->row[list[r]][i] * made;
+    }
+    for (int i = 0; i < w->s->species; i++) {
+        int pivot = 0;
+        for (int r = 0; r < rows; r++) pivot = pivot || w->pivot[list[r]] == i;
+        if (pivot || w->state[i] != PDI_SPECIATION_FREE) continue;
+        if (!(w->n[i] > PDI_SPECIATION_LEFT * start[i]) || !(w->n[i] < HUGE_VAL)) return 0;
+        if (w->n[i] != start[i]) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
+    }
+    return 1;
+}
+
+static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list, int rows, double *off)
+{
+    double slope, worst = 0.0;
+    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope) : 0.0;
+    for (int r = 0; r < rows; r++) {
+        off[r] = pdi_speciation_off(w, list[r], davies);
+        worst = fmax(worst, fabs(off[r]));
+    }
+    return worst;
+}
+
+/* 1: a pivot is larger than what forms it. */
+static int pdi_speciation_large(const pdi_speciation_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        if (!pdi_speciation_runs(w, r)) continue;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->row[r][i] != 0.0 && w->state[i] == PDI_SPECIATION_FREE && i != w->pivot[r] &&
+                w->n[w->pivot[r]] > PDI_SPECIATION_SWAP * w->n[i])
+                return 1;
+    }
+    return 0;
+}
+
+/* A step along dy, halved until the free energy falls along it or the reactions come nearer. 0: none does. */
+static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
+                                 const double *off, double worst, int halvings)
+{
+    const pdi_speciation_work from = *w;
+    double next[PD_REACTION_MOST], before = 0.0, t = 1.0;
+    for (int r = 0; r < rows; r++) before += off[r] * w->n[w->pivot[list[r]]] * dy[r];
+    if (before > 0.0 && worst > PDI_SPECIATION_NEAR) return 0;
+    for (int k = 0; k < halvings; k++, t *= 0.5) {
+        double after = 0.0;
+        *w = from;
+        if (!pdi_speciation_move(w, list, rows, dy, t)) continue;
+        double now = pdi_speciation_worst(w, list, rows, next);
+        for (int r = 0; r < rows; r++) after += next[r] * w->n[w->pivot[list[r]]] * dy[r];
+        if (worst <= PDI_SPECIATION_NEAR || now < (1.0 - PDI_SPECIATION_NEARER * t) * worst ||
+            after <= -0.5 * before)
+            return 1;
+    }
+    *w = from;
+    return 0;
+}
+
+/* Equilibrium of the solutes with the minerals that are there, whose amounts may become negative. */
+static pd_status pdi_speciation_face(pdi_speciation_work *w, int *iterations)
+{
+    int list[PD_REACTION_MOST];
+    double off[PD_REACTION_MOST], dy[PD_REACTION_MOST], bounded[PD_REACTION_MOST], size = 1.0;
+    for (int i = 0; i < w->s->species; i++)
+        if (w->s->phase[i] != PD_PHASE_SOLVENT) size += fabs(w->n[i]);
+    for (int round = 0; round < PDI_SPECIATION_ROUNDS; round++) {
+        int rows = 0, near;
+        double slope = 0.0;
+        if (pdi_speciation_large(w)) pdi_speciation_reduce(w);
+        for (int r = 0; r < w->rows; r++)
+            if (pdi_speciation_runs(w, r)) list[rows++] = r;
+        double worst = pdi_speciation_worst(w, list, rows, off);
+        near = worst <= PDI_SPECIATION_NEAR;
+        if (!(worst > 0.0)) return PD_OK;
+        if (w->s->debye > 0.0) pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope);
+        if (!pdi_speciation_newton(w, list, rows, off, slope, dy)) return PD_NOT_CONVERGED;
+        memcpy(bounded, dy, sizeof bounded);
+        pdi_speciation_bound(w, list, rows, bounded);
+        if (!pdi_speciation_search(w, list, rows, bounded, off, worst, PDI_SPECIATION_TRIES) &&
+            !pdi_speciation_search(w, list, rows, dy, off, worst, PDI_SPECIATION_HALVINGS))
+            return PD_NOT_CONVERGED;
+        ++*iterations;
+        if (near) return PD_OK;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->s->phase[i] == PD_PHASE_SOLID && w->n[i] < -10.0 * size) return PD_OK; /* far beyond its end */
+    }
+    return PD_NOT_CONVERGED;
+}
+
+static void pdi_speciation_remove(pdi_speciation_work *w, int i)
+{
+    w->n[i] = 0.0;
+    w->state[i] = PDI_SPECIATION_ABSENT;
+}
+
+/* Minerals that stand in each other's way, where all are saturated at any composition: the less stable one turns into
+ * the others as far as it can. 1: one is gone. -1: nothing ends it. */
+static int pdi_speciation_convert(pdi_speciation_work *w)
+{
+    for (int r = 0; r < w->rows; r++) {
+        int first = -1;
+        double most = HUGE_VAL, way = w->ln_k[r] < 0.0 ? -1.0 : 1.0;
+        if (w->pivot[r] >= 0) continue;
+        for (int i = 0; i < w->s->species; i++)
+            if (w->s->phase[i] == PD_PHASE_SOLID && way * w->row[r][i] < 0.0 && w->n[i] / (-way * w->row[r][i]) <
+            most) {
+                first = i;
+                most = w->n[i] / (-way * w->row[r][i]);
+            }
+        if (first < 0) {
+            for (int i = 0; i < w->s->species; i++)
+                if (w->row[r][i] != 0.0) return -1;
+            continue; /* the sum of others */
+        }
+        pdi_speciation_run(w, w->row[r], way * most);
+        pdi_speciation_remove(w, first);
+        return 1;
+    }
+    return 0;
+}
+
+/* The mineral that runs out first on the way from n0, where there is one: *w stands at its end then. -1: none. */
+static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
+{
+    int first = -1;
+    double share = 1.0;
+    for (int i = 0; i < w->s->species; i++) {
+        if (w->state[i] != PDI_SPECIATION_HELD || w->s->phase[i] != PD_PHASE_SOLID || w->n[i] >= 0.0) continue;
+        double t = n0[i] / (n0[i] - w->n[i]);
+        if (first >= 0 && t >= share) continue;
+        first = i;
+        share = t;
+    }
+    if (first < 0) return -1;
+    for (int i = 0; i < w->s->species; i++) {
+        w->n[i] = n0[i] + share * (w->n[i] - n0[i]);
+        if (w->state[i] == PDI_SPECIATION_FREE && w->n[i] > 0.0) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
+        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = fmax(w->n[i], 0.0); /* rounding of one at its end */
+    }
+    pdi_speciation_remove(w, first);
+    return first;
+}
+
+/* Activities; the absent mineral that is most above its saturation, but not `spared`; -1: none. */
+static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciation_result *result)
+{
+    double slope, most = PDI_SPECIATION_ABOVE;
+    int best = -1;
+    result->strength = pdi_speciation_strength(w);
+    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, result->strength, &slope) : 0.0;
+    pdi_speciation_reduce(w);
+    result->residual = 0.0;
+    for (int i = 0; i < w->s->species; i++)
+        result->log_activity[i] = w->state[i] == PDI_SPECIATION_OUT || w->state[i] == PDI_SPECIATION_ABSENT
+                                      ? -HUGE_VAL : pdi_speciation_ln(w, i, davies) / log(10.0);
+    for (int r = 0; r < w->rows; r++) {
+        int i = w->pivot[r];
+        if (i < 0 || w->state[i] == PDI_SPECIATION_OUT) continue;
+        double off = pdi_speciation_off(w, r, davies);
+        if (w->state[i] == PDI_SPECIATION_FREE) {
+            result->residual = fmax(result->residual, fabs(off));
+            continue;
+        }
+        result->log_activity[i] = -off / log(10.0);
+        if (-off > most && i != spared) {
+            most = -off;
+            best = i;
+        }
+    }
+    return best;
+}
+
+pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_result *result)
+{
+    pdi_speciation_work w;
+    int added = -1, spared = -1;
+    memset(result, 0, sizeof *result);
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    for (int i = 0; i < s->species; i++) {
+        if ((!(c[i] >= 0.0) && s->phase[i] != PD_PHASE_SOLVENT) || !(fabs(c[i]) < HUGE_VAL)) return PD_ERR_ARGUMENT;
+        w.n[i] = c[i];
+    }
+    pdi_speciation_seed(&w);
+    pdi_speciation_begin(&w);
+    for (; result->changes < PDI_SPECIATION_CHANGES; result->changes++) {
+        double n0[PD_SPECIES_MOST];
+        pdi_speciation_reduce(&w);
+        int gone = pdi_speciation_convert(&w);
+        if (gone < 0) return PD_NOT_CONVERGED;
+        if (gone) continue;
+        memcpy(n0, w.n, sizeof n0);
+        pd_status status = pdi_speciation_face(&w, &result->iterations);
+        if (status != PD_OK) return status;
+        int first = pdi_speciation_shrink(&w, n0);
+        if (first >= 0) {
+            if (first == added) spared = first; /* at its saturation, to rounding */
+            continue;
+        }
+        added = pdi_speciation_judge(&w, spared, result);
+        if (added < 0) {
+            memcpy(c, w.n, (size_t)s->species * sizeof *c);
+            return PD_OK;
+        }
+        w.state[added] = PDI_SPECIATION_HELD;
+    }
+    return PD_NOT_CONVERGED;
+}
+
+static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                     int reaction_count, pd_speciation *s)
+{
+    pdi_speciation_work w;
+    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "%d species and %d reactions, expected 1 to %d "
+                        "species", count,
+                        reaction_count, PD_SPECIES_MOST);
+    s->species = count;
+    for (int i = 0; i < count; i++) {
+        s->charge[i] = species[i].charge;
+        s->phase[i] = species[i].phase;
+    }
+    for (int r = 0; r < reaction_count; r++) {
+        if (reactions[r].kinetic) continue;
+        if (s->reactions == PD_REACTION_MOST)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
+                            PD_REACTION_MOST);
+        for (int i = 0; i < count; i++) {
+            if (reactions[r].nu[i] == 0.0 || s->phase[i] <= PD_PHASE_SOLID) continue;
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "
+                            "water "
+                            "and solids alone", reactions[r].name, species[i].name);
+        }
+        memcpy(s->nu[s->reactions], reactions[r].nu, sizeof reactions[r].nu);
+        s->ln_k[s->reactions++] = reactions[r].ln_k;
+    }
+    memset(&w, 0, sizeof w);
+    w.s = s;
+    for (int i = 0; i < count; i++) w.state[i] = PDI_SPECIATION_FREE;
+    pdi_speciation_reduce(&w);
+    for (int r = 0; r < w.rows; r++)
+        if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
+                            "product of theirs: leave one out");
+    return PD_OK;
+}
+
+pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                              int reaction_count, pd_activity activity, double temperature, pd_speciation *s)
+{
+    memset(s, 0, sizeof *s);
+    pd_status status = pdi_speciation_fill(ctx, species, count, reactions, reaction_count, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    return status;
+}

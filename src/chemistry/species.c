@@ -1,0 +1,225 @@
+/* species: see species.h */
+#include "chemistry/species.h"
+#include <math.h>
+#include <string.h>
+
+/* Most parentheses inside each other. */
+#define PDI_SPECIES_DEPTH 4
+/* Largest number in a formula. */
+#define PDI_SPECIES_NUMBER 999
+/* Largest charge. */
+#define PDI_SPECIES_CHARGE 20
+
+/* Symbols by atomic number, two bytes each. */
+static const char pdi_species_symbols[] =
+    "H HeLiBeB C N O F NeNaMgAlSiP S ClArK CaScTiV CrMnFeCoNiCuZnGaGeAsSeBrKrRbSrY ZrNbMoTcRuRhPdAgCdInSnSbTeI XeCsBa"
+    "LaCePrNdPmSmEuGdTbDyHoErTmYbLuHfTaW ReOsIrPtAuHgTlPbBiPoAtRnFrRaAcThPaU NpPuAmCmBkCfEsFmMdNoLrRfDbSgBhHsMtDsRgCnNh"
+    "FlMcLvTsOg";
+
+static int pdi_species_digit(char c) { return c >= '0' && c <= '9'; }
+static int pdi_species_upper(char c) { return c >= 'A' && c <= 'Z'; }
+static int pdi_species_lower(char c) { return c >= 'a' && c <= 'z'; }
+
+PDI_FN void pdi_species_symbol(int element, char *text)
+{
+    memcpy(text, pdi_species_symbols + 2 * (element - 1), 2);
+    text[text[1] == ' ' ? 1 : 2] = 0;
+}
+
+PDI_FN int pdi_species_atoms(const pd_species *s, int element)
+{
+    for (int k = 0; k < s->elements; k++)
+        if (s->element[k] == element) return s->count[k];
+    return 0;
+}
+
+/* The atomic number of the symbol at `at`, its length in *size; 0: there is none. */
+static int pdi_species_element(const char *at, const char *end, int *size)
+{
+    char second = at + 1 < end && pdi_species_lower(at[1]) ? at[1] : ' ';
+    if (at == end || !pdi_species_upper(at[0])) return 0;
+    *size = second == ' ' ? 1 : 2;
+    for (int k = 0; pdi_species_symbols[2 * k]; k++)
+        if (pdi_species_symbols[2 * k] == at[0] && pdi_species_symbols[2 * k + 1] == second) return k + 1;
+    return 0;
+}
+
+/* A number, 1 where none stands; 0: it is too large or zero. */
+static int pdi_species_number(const char **at, const char *end)
+{
+    int value = 0;
+    if (*at == end || !pdi_species_digit(**at)) return 1;
+    for (; *at < end && pdi_species_digit(**at); ++*at)
+        if (value <= PDI_SPECIES_NUMBER) value = 10 * value + (**at - '0');
+    return value <= PDI_SPECIES_NUMBER ? value : 0;
+}
+
+static int pdi_species_add(pd_species *s, int element, int count)
+{
+    int k = 0;
+    while (k < s->elements && s->element[k] != element) k++;
+    if (k == PD_SPECIES_ELEMENTS) return 0;
+    if (k == s->elements) s->elements++;
+    s->element[k] = element;
+    s->count[k] += count;
+    return s->count[k] <= PDI_SPECIES_NUMBER * PDI_SPECIES_NUMBER;
+}
+
+/* Atoms of the text from `at` to `end`, times `factor`. 0: it is no formula. */
+static int pdi_species_group(pd_species *s, const char *at, const char *end, int factor, int depth)
+{
+    if (at == end || depth > PDI_SPECIES_DEPTH || factor > PDI_SPECIES_NUMBER) return 0;
+    while (at < end) {
+        const char *from = at;
+        int size, number, element = pdi_species_element(at, end, &size);
+        if (element) {
+            at += size;
+            number = pdi_species_number(&at, end);
+            if (!number || !pdi_species_add(s, element, factor * number)) return 0;
+            continue;
+        }
+        if (*at != '(') return 0;
+        for (int open = 0; at < end; at++) {
+            open += (*at == '(') - (*at == ')');
+            if (!open) break;
+        }
+        if (at == end) return 0;
+        const char *close = at++;
+        number = pdi_species_number(&at, end);
+        if (!number || !pdi_species_group(s, from + 1, close, factor * number, depth + 1)) return 0;
+    }
+    return 1;
+}
+
+/* A formula with water of crystallisation behind ':'. */
+static int pdi_species_formula(pd_species *s, const char *at, const char *end)
+{
+    s->elements = 0;
+    memset(s->count, 0, sizeof s->count);
+    while (at <= end) {
+        const char *stop = at;
+        while (stop < end && *stop != ':') stop++;
+        int number = pdi_species_number(&at, stop);
+        if (!number || !pdi_species_group(s, at, stop, number, 0)) return 0;
+        at = stop + 1;
+    }
+    return 1;
+}
+
+/* The charge at the end of a name; *end moves before it. 0: it cannot be read. */
+static int pdi_species_charge(const char *begin, const char **end, int *charge)
+{
+    const char *at = *end, *digits = at;
+    int signs = 0, size, value = 0;
+    *charge = 0;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    if (digits < at && digits > begin && (digits[-1] == '+' || digits[-1] == '-')) { /* Mg+2 */
+        value = pdi_species_number(&digits, at);
+        while (pdi_species_digit(at[-1])) at--;
+        *charge = at[-1] == '+' ? value : -value;
+        *end = at - 1;
+        return value > 0 && value <= PDI_SPECIES_CHARGE;
+    }
+    if (at == begin || (at[-1] != '+' && at[-1] != '-')) return 1;
+    char sign = at[-1];
+    while (at > begin && at[-1] == sign) {
+        at--;
+        signs++;
+    }
+    digits = at;
+    while (digits > begin && pdi_species_digit(digits[-1])) digits--;
+    const char *mark = digits > begin && strchr("^_ ", digits[-1]) ? digits - 1 : NULL;
+    value = signs;
+    if (signs == 1 && digits < at) {
+        const char *from = digits;
+        if (!mark && at - digits > 1) from = at - 1;                                             /* SO42- */
+        else if (!mark && !(pdi_species_element(begin, digits, &size) && begin + size == digits)) from = at; /* NO3- */
+        if (from < at) {
+            const char *number = from;
+            value = pdi_species_number(&number, at);
+            at = mark ? mark : from;
+        }
+    } else if (mark && digits == at) {
+        at = mark; /* Cl^- */
+    }
+    *charge = sign == '+' ? value : -value;
+    *end = at;
+    return value > 0 && value <= PDI_SPECIES_CHARGE;
+}
+
+static int pdi_species_ends(const char *begin, const char **end, const char *with)
+{
+    size_t size = strlen(with);
+    if ((size_t)(*end - begin) <= size || strncmp(*end - size, with, size) != 0) return 0;
+    *end -= size;
+    return 1;
+}
+
+static int pdi_species_same(const pd_species *a, const pd_species *b)
+{
+    if (a->elements != b->elements) return 0;
+    for (int k = 0; k < a->elements; k++)
+        if (pdi_species_atoms(b, a->element[k]) != a->count[k]) return 0;
+    return 1;
+}
+
+static pd_status pdi_species_fill(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    pd_species given;
+    const char *name = desc->name, *end = name + strlen(name);
+    int charge, formula;
+    strcpy(s->name, name);
+    s->diffusivity = desc->diffusivity;
+    if (pdi_species_ends(name, &end, "(s)")) s->phase = PD_PHASE_SOLID;
+    else if (pdi_species_ends(name, &end, "(g)")) s->phase = PD_PHASE_GAS;
+    else if (!pdi_species_ends(name, &end, "(aq)")) pdi_species_ends(name, &end, "(l)");
+    if (end - name == 3 && strncmp(name, "H2O", 3) == 0 && s->phase == PD_PHASE_SOLUTE) s->phase = PD_PHASE_SOLVENT;
+    if (strcmp(name, "e-") == 0) {
+        s->phase = PD_PHASE_ELECTRON;
+        charge = -1;
+        formula = 1;
+    } else {
+        formula = pdi_species_charge(name, &end, &charge) && pdi_species_formula(s, name, end);
+    }
+    if (!formula && !desc->formula)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "'%s' is no formula with a charge such as Mg2+, SO4^2- or "
+                        "Mg(OH)2(s), expected one, or its formula beside the name", name);
+    if (formula && desc->has_charge && desc->charge != charge)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the charge of '%s' is %+d by its name, but %+d is given: "
+                        "drop one",
+                        name, charge, desc->charge);
+    s->charge = formula ? charge : desc->has_charge ? desc->charge : 0;
+    if (!desc->formula) return PD_OK;
+    memset(&given, 0, sizeof given);
+    if (!pdi_species_formula(&given, desc->formula, desc->formula + strlen(desc->formula)))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the formula '%.40s' of '%s' is none, expected one such as "
+                        "C6H12O6",
+                        desc->formula, name);
+    if (formula && !pdi_species_same(s, &given))
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%s' is a formula of other elements than '%.40s': "
+                        "drop one",
+                        name, desc->formula);
+    s->elements = given.elements;
+    memcpy(s->element, given.element, sizeof given.element);
+    memcpy(s->count, given.count, sizeof given.count);
+    return PD_OK;
+}
+
+pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *s)
+{
+    memset(s, 0, sizeof *s);
+    size_t size = desc->name ? strlen(desc->name) : 0;
+    if (!size || size >= PD_SPECIES_NAME)
+        return pdi_fail(ctx, PD_ERR_PARSE, "species", "the name '%.40s' has %d bytes, expected 1 to %d",
+                        desc->name ? desc->name : "", (int)size, PD_SPECIES_NAME - 1);
+    if (!(desc->diffusivity >= 0.0) || !(desc->diffusivity < HUGE_VAL))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the diffusivity of '%s' is %g m2/s, expected a positive "
+                        "number",
+                        desc->name, desc->diffusivity);
+    if (desc->has_charge && (desc->charge > PDI_SPECIES_CHARGE || desc->charge < -PDI_SPECIES_CHARGE))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "species", "the charge of '%s' is %d, expected at most %d either way",
+                        desc->name, desc->charge, PDI_SPECIES_CHARGE);
+    pd_status status = pdi_species_fill(ctx, desc, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    return status;
+}
