@@ -9288,7 +9288,7 @@ typedef struct pd_images {
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;         /* bit k: pd_field k has it */
+    unsigned latest;         /* bit k: that of pd_field k stands in the list of the folder */
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */
@@ -57349,21 +57349,15 @@ static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, dou
     return status;
 }
 
-/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+/* latest_C.png is a copy of the picture. */
 static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end, const char *picture)
 {
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    pd_ctx quiet = *ctx;
     snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
-    PDI_TRY(pd_file_join(ctx, im->folder->path, name, path));
-    int known = (im->latest >> field & 1u) != 0;
-    if (!known && im->last > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
-        pdi_file_abandon(&file);
-        known = 1;
-    }
-    if (!known) PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
+                                     : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
     pd_status status = pdi_file_create(ctx, path, &file);
     if (status == PD_OK) {
@@ -57389,7 +57383,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
-    im->latest |= 1u << field;
+    if (im->live) im->latest |= 1u << field;
     return PD_OK;
 }
 
@@ -57615,6 +57609,7 @@ PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archiv
     PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
     PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "listed last pictures", &im->latest, 1));
     if (im->keeps && !archive->reading) PDI_TRY(pdi_file_length(ctx, &im->kept, &im->length));
     PDI_TRY(PDI_KEEP(ctx, archive, "length of pictures", &im->length, 1));
     if (!im->keeps || !archive->reading) return PD_OK;
@@ -57862,21 +57857,6 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 
 static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
 
-/* Curves that the list of a folder whose run goes on has: others of that run are gone. */
-static pd_status pdi_output_find_curves(pd_ctx *ctx, pd_output *out)
-{
-    char path[PD_PATH_SIZE];
-    pd_ctx quiet = *ctx;
-    pd_file file;
-    for (int k = 0; k < 2; k++) {
-        PDI_TRY(pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path));
-        if (pdi_file_open(&quiet, path, &file) != PD_OK) continue;
-        pdi_file_abandon(&file);
-        out->curve[k] = 1;
-    }
-    return PD_OK;
-}
-
 /* All but the tables. */
 static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
@@ -57910,6 +57890,7 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
     PDI_TRY(pdi_images_store(ctx, &out->images, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "listed curves", out->curve, 2));
     PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
         PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
@@ -57935,7 +57916,6 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, archive));
-    PDI_TRY(pdi_output_find_curves(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
     PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;

@@ -2,6 +2,7 @@
  * Every build of the library, with every allocation failing in turn, and with arguments that it refuses.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
+#include "chemistry/speciation.h"
 #include "fault.h"
 #include "scene_file.h"
 #include "run/sweep.h"
@@ -553,6 +554,29 @@ BUILD(points, pd_points) { return pd_points_read(ctx, path_of(l->wrong ? "pit.cs
 
 INNER(image, pd_image) { return pdi_png_read(ctx, path_of(l->wrong ? "pit.csv" : "dot.png"), o); }
 
+/* Takes no memory. */
+static void pd_speciation_free(pd_ctx *ctx, pd_speciation *s)
+{
+    (void)ctx;
+    memset(s, 0, sizeof *s);
+}
+BUILD(speciation, pd_speciation)
+{
+    static const pd_species_desc desc[3] = {{"H2O", 0, 0, 0, 0}, {"H+", 0, 0, 0, 0}, {"OH-", 0, 0, 0, 0}};
+    pd_reaction_desc water;
+    pd_species species[3];
+    pd_reaction reaction;
+    memset(&water, 0, sizeof water);
+    water.name = "water";
+    water.text = "H2O = H+ + OH-";
+    water.k = -14.0;
+    water.k_unit = "log10";
+    for (int k = 0; k < 3; k++) PDI_TRY(pd_species_read(ctx, &desc[k], &species[k]));
+    PDI_TRY(pd_reaction_read(ctx, &water, species, 3, &reaction));
+    int count = l->wrong ? PD_SPECIES_MOST + 1 : 3;
+    return pd_speciation_build(ctx, species, count, &reaction, 1, PD_ACTIVITY_IDEAL, 298.15, o);
+}
+
 /* ---- all of them ---- */
 
 typedef struct entry {
@@ -583,7 +607,7 @@ static const entry builds[] = {
     ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
-    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
+    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
 };
 #undef ROW
 /* others: what is read from files and texts, and a second build of one type */
@@ -641,7 +665,7 @@ TEST(a_failed_build_leaves_nothing)
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
-                                    "band",  "springs",  "path",        "bond_weights"};
+                                    "band",  "springs",  "path",        "bond_weights", "images"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

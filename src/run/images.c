@@ -351,21 +351,15 @@ static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, dou
     return status;
 }
 
-/* latest_C.png is a copy of the picture. A run that goes on finds its name in the list of the folder. */
+/* latest_C.png is a copy of the picture. */
 static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end, const char *picture)
 {
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    pd_ctx quiet = *ctx;
     snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
-    PDI_TRY(pd_file_join(ctx, im->folder->path, name, path));
-    int known = (im->latest >> field & 1u) != 0;
-    if (!known && im->last > 0 && pdi_file_open(&quiet, path, &file) == PD_OK) {
-        pdi_file_abandon(&file);
-        known = 1;
-    }
-    if (!known) PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
+    PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
+                                     : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
     pd_status status = pdi_file_create(ctx, path, &file);
     if (status == PD_OK) {
@@ -391,7 +385,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
-    im->latest |= 1u << field;
+    if (im->live) im->latest |= 1u << field;
     return PD_OK;
 }
 
@@ -617,6 +611,7 @@ PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archiv
     PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
     PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "listed last pictures", &im->latest, 1));
     if (im->keeps && !archive->reading) PDI_TRY(pdi_file_length(ctx, &im->kept, &im->length));
     PDI_TRY(PDI_KEEP(ctx, archive, "length of pictures", &im->length, 1));
     if (!im->keeps || !archive->reading) return PD_OK;

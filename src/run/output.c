@@ -227,21 +227,6 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 
 static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
 
-/* Curves that the list of a folder whose run goes on has: others of that run are gone. */
-static pd_status pdi_output_find_curves(pd_ctx *ctx, pd_output *out)
-{
-    char path[PD_PATH_SIZE];
-    pd_ctx quiet = *ctx;
-    pd_file file;
-    for (int k = 0; k < 2; k++) {
-        PDI_TRY(pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path));
-        if (pdi_file_open(&quiet, path, &file) != PD_OK) continue;
-        pdi_file_abandon(&file);
-        out->curve[k] = 1;
-    }
-    return PD_OK;
-}
-
 /* All but the tables. */
 static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
@@ -275,6 +260,7 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
     PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
     PDI_TRY(pdi_images_store(ctx, &out->images, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "listed curves", out->curve, 2));
     PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
         PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
@@ -300,7 +286,6 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_begin(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, archive));
-    PDI_TRY(pdi_output_find_curves(ctx, out));
     PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
     PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
