@@ -24860,7 +24860,7 @@ static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int
     s->species = count;
     for (int i = 0; i < count; i++) {
         s->charge[i] = species[i].charge;
-        s->phase[i] = species[i].phase;
+        s->phase[i] = (int)species[i].phase;
     }
     for (int r = 0; r < reaction_count; r++) {
         if (reactions[r].kinetic) continue;
@@ -43835,7 +43835,8 @@ static void pdi_ticks_linear(int most, pdi_ticks *axis)
     double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
     double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
-    axis->exponent = size >= 1e5 || size < 1e-2 ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
+    axis->exponent = size >= 1e5 || (size > 0 && size < 1e-2) ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
+    if (!(step > 0)) return; /* one value */
     double unit = pow(10.0, axis->exponent);
     int digits = (int)-floor(log10(step / unit) + 1e-9);
     digits = digits < 0 ? 0 : digits > 12 ? 12 : digits;

@@ -28,6 +28,11 @@ PROGRAMS = os.environ.get("PDCORR_PROGRAMS", "")
 UM, HOUR = 1e-6, 3600.0
 
 
+def setUpModule() -> None:
+    """Ctrl-C is heard: a shell that starts the tests in the background leaves it ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def has(module: str) -> bool:
     return importlib.util.find_spec(module) is not None
 

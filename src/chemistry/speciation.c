@@ -470,7 +470,7 @@ static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int
     s->species = count;
     for (int i = 0; i < count; i++) {
         s->charge[i] = species[i].charge;
-        s->phase[i] = species[i].phase;
+        s->phase[i] = (int)species[i].phase;
     }
     for (int r = 0; r < reaction_count; r++) {
         if (reactions[r].kinetic) continue;
