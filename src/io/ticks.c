@@ -2,6 +2,7 @@
 #include "io/ticks.h"
 #include "io/file.h"
 #include "io/label.h"
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -35,8 +36,9 @@ static void pdi_ticks_linear(int most, pdi_ticks *axis)
     double step = pdi_ticks_nice(axis->hi / (most > 1 ? most : 1) - axis->lo / (most > 1 ? most : 1));
     double size = fmax(fabs(axis->lo), fabs(axis->hi)), slack = 1e-6 * step;
     /* Numbers of five digits or many zeros are shown with a common factor, a power of 1000. */
-    axis->exponent = size >= 1e5 || (size > 0 && size < 1e-2) ? 3 * (int)floor(log10(size * (1 + 1e-9)) / 3) : 0;
-    if (!(step > 0)) return; /* one value */
+    axis->exponent = 0;
+    if (!(step > 0) || step > DBL_MAX || size > DBL_MAX) return; /* one value, or an infinite one */
+    if (size >= 1e5 || size < 1e-2) axis->exponent = 3 * (int)floor((log10(size) + 4e-10) / 3);
     double unit = pow(10.0, axis->exponent);
     int digits = (int)-floor(log10(step / unit) + 1e-9);
     digits = digits < 0 ? 0 : digits > 12 ? 12 : digits;
