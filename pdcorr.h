@@ -50902,32 +50902,20 @@ static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
                                                "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
-static const pd_expr_symbol pdi_setup_axes[] = {{"x", "m", 0.0},
-#if PD_DIM > 1
-                                                {"y", "m", 0.0},
+/* Coordinates of a place. */
+#if PD_DIM == 1
+#define PDI_SETUP_COORDINATES {"x", "m", 0.0}
+#elif PD_DIM == 2
+#define PDI_SETUP_COORDINATES {"x", "m", 0.0}, {"y", "m", 0.0}
+#else
+#define PDI_SETUP_COORDINATES {"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}
 #endif
-#if PD_DIM > 2
-                                                {"z", "m", 0.0},
-#endif
-                                                {"t", "s", 0.0}};
-static const pd_expr_symbol pdi_setup_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0}, {"x", "m", 0.0},
-#if PD_DIM > 1
-                                                   {"y", "m", 0.0},
-#endif
-#if PD_DIM > 2
-                                                   {"z", "m", 0.0},
-#endif
-                                                   {"grain", "", 0.0}};
-
-static const pd_expr_symbol pdi_setup_stresses[] = {{"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0},
-                                                    {"x", "m", 0.0},
-#if PD_DIM > 1
-                                                    {"y", "m", 0.0},
-#endif
-#if PD_DIM > 2
-                                                    {"z", "m", 0.0},
-#endif
-                                                    {"t", "s", 0.0}};
+static const pd_expr_symbol pdi_setup_axes[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
+static const pd_expr_symbol pdi_setup_symbols[] = {
+    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}};
+static const pd_expr_symbol pdi_setup_stresses[] = {
+    {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
+#undef PDI_SETUP_COORDINATES
 
 PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
