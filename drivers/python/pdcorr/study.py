@@ -29,6 +29,13 @@ def _texts(texts: Sequence[bytes]) -> Any:
     return (c_char_p * max(len(texts), 1))(*texts)
 
 
+def _ask(desc: Any, scene: str | os.PathLike, read: _Scene, asked: Sequence[bytes]) -> Any:
+    """Fill in what fits and sweeps have in common; what is asked, as C texts."""
+    desc.scene = os.fsencode(scene)
+    desc.overrides, desc.count = _texts(read.changes), len(read.changes)
+    return _texts(asked)
+
+
 # ---- fits ----
 
 
@@ -105,11 +112,8 @@ def fit(scene: str | os.PathLike, ranges: Mapping[str, Range], overrides: Mappin
     read = _of_file(scene, overrides, values, dim, threads, memory_limit)
     context, types = read.context, read.context.types
     desc, found, printer = types.pd_fit_desc(), types.pd_fit(), _Printer(context, progress, every=True)
-    changes, asked = _texts(read.changes), [_range(key, value) for key, value in ranges.items()]
-    wanted = _texts(asked)
-    desc.scene = os.fsencode(scene)
-    desc.overrides, desc.count = changes, len(read.changes)
-    desc.range, desc.ranges = wanted, len(asked)
+    asked = [_range(key, value) for key, value in ranges.items()]
+    desc.range, desc.ranges = _ask(desc, scene, read, asked), len(asked)
     desc.data = None if to is None else os.fsencode(to)
     desc.one_lattice = one_lattice
     desc.print, desc.stop = printer.function, printer.stop
@@ -219,11 +223,8 @@ def sweep(scene: str | os.PathLike, axes: Mapping[str, Any], overrides: Mapping[
     context, types = read.context, read.context.types
     desc, all_, run, count = types.pd_sweep_desc(), types.pd_sweep(), types.pd_run_desc(), types.pd_sweep_count()
     printer = _Printer(context, progress)
-    changes, asked = _texts(read.changes), [_axis(key, value) for key, value in axes.items()]
-    wanted = _texts(asked)
-    desc.scene = os.fsencode(scene)
-    desc.overrides, desc.count = changes, len(read.changes)
-    desc.axes, desc.axis_count = wanted, len(asked)
+    asked = [_axis(key, value) for key, value in axes.items()]
+    desc.axes, desc.axis_count = _ask(desc, scene, read, asked), len(asked)
     desc.folder = None if out is None else os.fsencode(out)
     run.print, run.stop = printer.function, printer.stop
     label = create_string_buffer(8192)
