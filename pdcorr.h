@@ -9305,6 +9305,8 @@ PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *images, pd_archive *ar
 PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *images, int frame);
 /* All frames are there: those with a smaller range are drawn again, and films are made. PD_STOPPED. */
 PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *images);
+/* Remove the file, after the checkpoint that goes with it. */
+PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *images);
 PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
 #endif
 
@@ -57531,6 +57533,14 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     im->keeps = 0;
     pdi_file_remove(path);
     return PD_OK;
@@ -59598,7 +59608,10 @@ static pd_status pdi_run_steps(pdi_run *r)
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
     if (status == PD_STOPPED) return pdi_run_halted(r);
     if (status < 0) return status;
-    if (!r->stopped) pdi_file_remove(r->checkpoint);
+    if (!r->stopped) {
+        pdi_file_remove(r->checkpoint);
+        PDI_TRY(pdi_images_remove(r->ctx, &r->output.images));
+    }
     pdi_run_show(r, PD_WHEN_END);
     return PD_OK;
 }

@@ -108,10 +108,13 @@ TEST(behind_the_checkpoint)
     char command[1200];
     if (!CHECK_OK(&ctx, load(&ctx, COUPLED, NULL, 0, &u))) return;
     CHECK_OK(&ctx, play(&ctx, &u, "whole", 0, 0, 1, &p, &result));
-    CHECK_OK(&ctx, play(&ctx, &u, "killed", 4, 0, 1, &p, &result));
+    int third = p.steps / 3;
+    CHECK(third > 0);
+    CHECK_OK(&ctx, play(&ctx, &u, "killed", third, 0, 1, &p, &result));
     snprintf(command, sizeof command, "cp %s %s", path_of("killed/checkpoint.bin"), path_of("kept"));
     CHECK_INT(system(command), 0);
-    CHECK_OK(&ctx, play(&ctx, &u, "killed", 6, 1, 1, &p, &result));
+    CHECK_OK(&ctx, play(&ctx, &u, "killed", third, 1, 1, &p, &result));
+    CHECK(result.stopped);
     snprintf(command, sizeof command, "cp %s %s; printf '3,4' >> %s; printf x > %s", path_of("kept"),
              path_of("killed/checkpoint.bin"), path_of("killed/diagnostics.csv"),
              path_of("killed/checkpoint.bin.part"));

@@ -542,6 +542,14 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
     im->keeps = 0;
     pdi_file_remove(path);
     return PD_OK;

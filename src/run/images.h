@@ -49,6 +49,8 @@ PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *images, pd_archive *ar
 PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *images, int frame);
 /* All frames are there: those with a smaller range are drawn again, and films are made. PD_STOPPED. */
 PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *images);
+/* Remove the file, after the checkpoint that goes with it. */
+PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *images);
 PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
 #endif
 

@@ -330,7 +330,10 @@ static pd_status pdi_run_steps(pdi_run *r)
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
     if (status == PD_STOPPED) return pdi_run_halted(r);
     if (status < 0) return status;
-    if (!r->stopped) pdi_file_remove(r->checkpoint);
+    if (!r->stopped) {
+        pdi_file_remove(r->checkpoint);
+        PDI_TRY(pdi_images_remove(r->ctx, &r->output.images));
+    }
     pdi_run_show(r, PD_WHEN_END);
     return PD_OK;
 }
