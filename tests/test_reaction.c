@@ -11,7 +11,7 @@
 #define H 1e-5       /* [m] */
 #define SOLID 20     /* cells */
 #define FLUID 20
-#define LAWS (PD_DIM == 1 ? 140 : PD_DIM == 2 ? 21 : 7) /* of seven kinds */
+#define LAWS (PD_DIM == 1 ? 70 : PD_DIM == 2 ? 21 : 7) /* of seven kinds */
 #define VALUES 8
 
 typedef struct random_law {

@@ -99,7 +99,7 @@ TEST(speeds_and_scales)
 #if PD_DIM > 1
 TEST(reaches_and_boxes)
 {
-    for (int k = PD_DIM == 3 ? 3 : 0; k < 6; k++) {
+    for (int k = PD_DIM == 3 ? 4 : 0; k < 6; k++) {
         scene s_, *s = &s_;
         channel c = {1.2e-2, 1e-3, k < 4 ? k + 1.0 : 3.0, PD_DIM == 3 ? 8 : 12, k == 4 ? 1 : k == 5 ? 6 : 2, k % 2};
         if (!channel_build(s, &c, 1e-3) || !run(s, &c, 0.05, 0.1)) return;

@@ -1,9 +1,9 @@
 #!/bin/sh
 # compile.sh COMPILER DIM [fopenmp] FLAG...: compile pdcorr.h with its implementation, as C99, or as C++11 when the
 # compiler's name ends in ++. Fails on a warning when the flags hold -Werror. gcc finds some of its warnings while it
-# optimises; those of clang, and what C++ adds to those of C, come from reading alone. clang also names extensions of
-# GNU. msvc and msvc++: clang as Microsoft's compiler, which leaves the GNU side of no guard, with declarations from
-# the headers of mingw-w64.
+# optimises, which it does with fopenmp alone; those of clang, and what C++ adds to those of C, come from reading alone.
+# clang also names extensions of GNU. msvc and msvc++: clang as Microsoft's compiler, which leaves the GNU side of no
+# guard, with declarations from the headers of mingw-w64.
 compiler=$1 dim=$2 name=$1
 shift 2
 case $name in msvc*) compiler=clang${name#msvc} ;; esac
@@ -45,7 +45,7 @@ case $compiler in
 esac
 work=-fsyntax-only
 case $name in
-gcc) work="-O2 -c -o $dir/unit.o" ;;
+gcc) [ -z "$openmp" ] || work="-O2 -c -o $dir/unit.o" ;;
 clang) work="$work -pedantic-errors -Wgnu -Wvla -Wgcc-compat -Wlanguage-extension-token" ;;
 msvc*) # where attributes stand in those headers, this compiler takes none
     for word in __MINGW_ATTRIB_NORETURN __MINGW_ATTRIB_DEPRECATED __MINGW_NOTHROW; do
