@@ -34,12 +34,14 @@ static const horizon_problem horizon_problems[] = {
      "u, largest error [-]", 0, 0.0, {48, 64, 96, 128}, NULL, NULL},
     {&taylor_part, "taylor_green", "Decaying vortices", "error of u [-]", 0, 0.0, {16, 24, 32, 48, 64}, NULL, NULL},
     {&startup_poiseuille, "startup", "Start-up between plates", "error of u [-]", 0, 0.0, {0}, NULL, NULL},
+    {&startup_swing, "womersley", "Womersley's flow between plates", "error of u [-]", 0, 0.0, {0}, NULL, NULL},
     {&cylinder_part, "cylinder", "Cylinder in a channel, Re = 20", "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
     {&flux_round, "pin", "Flux past a pin with round ends", "largest error of a layer [-]", 1, 0.0, {0}, NULL, NULL},
     {&annulus_flow_1, "annulus", "Flow around a wire in a tube", "error of u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
     {&annulus_sherwood_1, "annulus_exchange", "Exchange of a wire in a tube",
      "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
     {&graetz_two_part, "graetz", "Mass transfer in a channel", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
+    {&graetz_tube_part, "graetz_tube", "Mass transfer in a tube", "error of Sh [-]", 0, 0.0, {0}, NULL, NULL},
     {&turn_near, "turn_10", "Half a turn, Pe = 10",
      "c, largest error [-]", 0, 10.0, {10, 20, 40, 80, 160}, NULL, volumes_turn},
     {&turn_near, "turn_100", "Half a turn, Pe = 100",
@@ -53,6 +55,7 @@ static const horizon_problem horizon_problems[] = {
 #endif
 #if PD_DIM == 3
     {&hagen_part, "hagen", "Flow through a tube", "u, L2 [-]", 0, 0.0, {0}, NULL, NULL},
+    {&duct_part, "duct", "Flow through a square duct", "u, L2 [-]", 0, 0.0, {0}, &duct_fourth_part, NULL},
     {&cylinder_part, "cylinder", "Cylinder from wall to wall, Re = 20",
      "error of the drag [-]", 0, 0.0, {0}, NULL, NULL},
     {&channel_along, "channel", "Periodic channel", "u, L2 at 20, 50, 100 s [-]", 0, 0.0, {0}, NULL, NULL},

@@ -42,6 +42,7 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM == 3
     &hagen_case,
+    &duct_case,
     &channel_case,
     &cylinder_case,
 #endif

@@ -154,6 +154,83 @@ static pd_status startup_explicit_run(val_job *job)
     return status;
 }
 
+/* ---- a force that swings: Womersley's flow between plates one apart, viscosity 1 ---- */
+
+#define SWING_RATE 64.0 /* [1/s] half the height times sqrt(rate/nu) is 4 */
+#define SWING_TIMES 4   /* in one period */
+
+/* Time [s] that the force and the walls are asked for. */
+static double swing_clock;
+
+static void swing_force(void *user, const double *x, double *f)
+{
+    (void)x;
+    f[0] = cos(SWING_RATE * *(const double *)user);
+    f[1] = 0.0;
+}
+
+/* u of the force cos(w t): the real part of e^(iwt)/(iw) (1 - cosh(k (1+i) s)/cosh(k (1+i)/2)), k = sqrt(w/2), with s
+ * from the middle (Womersley 1955 for a tube; Landau and Lifshitz, section 24, for plates). */
+static double swing_speed(double y, double t)
+{
+    double k = sqrt(0.5 * SWING_RATE), s = y - 0.5;
+    double a = cosh(k * s) * cos(k * s), b = sinh(k * s) * sin(k * s);
+    double c = cosh(0.5 * k) * cos(0.5 * k), d = sinh(0.5 * k) * sin(0.5 * k), size = c * c + d * d;
+    double re = 1.0 - (a * c + b * d) / size, im = (a * d - b * c) / size;
+    return (re * sin(SWING_RATE * t) + im * cos(SWING_RATE * t)) / SWING_RATE;
+}
+
+/* From the series at t = 0 over one period; errors over the largest velocity in the middle. */
+static pd_status swing_run(val_job *job)
+{
+    val_lab *lab = job->lab;
+    swing_clock = 0.0;
+    startup_box(lab, 1.0, &job->level, 4);
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.length = 1.0;
+    lab->flow_desc.speed = 1.0 / SWING_RATE;
+    lab->flow_desc.body = swing_force;
+    lab->flow_desc.body_user = lab->flow_desc.clock = &swing_clock;
+    lab->implicit_desc.rtol = 1e-5;
+    PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
+    for (int32_t i = 0; i < lab->grid.total; i++) {
+        double x[PD_DIM];
+        if (lab->grid.kind[i] != PD_FLUID) continue;
+        pd_grid_position(&lab->grid, i, x);
+        lab->flow.u[i] = swing_speed(x[1], 0.0);
+    }
+    job->out->h = lab->grid.h[0];
+    val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_STROKE_LINE) : NULL;
+    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_STROKE_MARKERS) : NULL;
+    for (int k = 1; k <= SWING_TIMES; k++) {
+        double t = k * 2.0 * val_pi / SWING_RATE / SWING_TIMES;
+        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), t));
+        for (int32_t i = 0; i < lab->grid.total; i++) {
+            double x[PD_DIM];
+            if (lab->grid.kind[i] != PD_FLUID) continue;
+            pd_grid_position(&lab->grid, i, x);
+            double off = fabs(lab->flow.u[i] - swing_speed(x[1], t));
+            job->out->err[0] = fmax(job->out->err[0], SWING_RATE * off);
+            if (k == SWING_TIMES) job->out->err[1] = fmax(job->out->err[1], SWING_RATE * off);
+            if (found && k == 1 && x[0] < lab->grid.h[0]) val_add_point(found, x[1], lab->flow.u[i]);
+        }
+        for (int n = 0; n <= 200 && exact && k == 1; n++) val_add_point(exact, n / 200.0, swing_speed(n / 200.0, t));
+    }
+    if (job->profile) {
+        job->profile->title = "Flow under a force that swings, after a quarter of a period";
+        job->profile->x_label = "y/H [-]";
+        job->profile->y_label = "u [m/s]";
+    }
+    job->out->steps = (long)lab->implicit.steps;
+    job->out->evals = (long)lab->implicit.evaluations;
+    return PD_OK;
+}
+
+static const val_part startup_swing = {
+    "womersley", "a force that swings, Womersley number 4", "nodes across", VAL_BY_N, NULL, 2.0,
+    {{"err_max", "all times"}, {"err_end", "after a period"}}, 2,
+    {{0, 1e-3, 0.0, 64, VAL_GOAL}, {0, 0.0, 1.8, 0, VAL_GUARD}}, 2,
+    {{16, 1.0, 0.0}, {32, 1.0, 0.0}, {64, 1.0, 0.0}}, 3, 2, swing_run, NULL};
+
 #define STARTUP_MEASURES {{"err_max", "all times"}, {"err_late", "from 0.05 on"}}, 2
 
 static const val_part startup_couette = {
@@ -168,17 +245,20 @@ static const val_part startup_explicit = {
     "explicit", "Poiseuille start-up, weakly compressible and explicit", "nodes across", VAL_BY_N, NULL, 2.0,
     STARTUP_MEASURES, {{0, 1e-3, 0.0, 48, VAL_GOAL}, {0, 0.0, 1.8, 0, VAL_GUARD}}, 2,
     {{24, 1.0, 0.0}, {48, 1.0, 0.0}}, 2, 2, startup_explicit_run, NULL};
-static const val_part *const startup_parts[] = {&startup_couette, &startup_poiseuille, &startup_explicit};
+static const val_part *const startup_parts[] = {&startup_couette, &startup_poiseuille, &startup_explicit,
+                                                &startup_swing};
 
 static const val_case startup_case = {
     "startup", "Start-up between plates",
     "Fluid at rest between plates, of which one starts to move, or which a force starts to drive. Largest error at "
     "any node at the times 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5 and 1 H^2/nu over the largest velocity of the "
-    "steady flow, with implicit steps of controlled error (1e-4) and with explicit ones.",
+    "steady flow, with implicit steps of controlled error (1e-4) and with explicit ones. A force that swings with the "
+    "Womersley number 4 drives the fluid through one period, from the field of the closed form: largest error at four "
+    "times over the amplitude of a stream without walls (steps of 1e-5).",
     "Walls whose velocity comes late or in the wrong place, an impulsive start that rings, steps whose error is not "
     "controlled, an order in time below two.",
-    "series for a layer (the tables `couette_startup.csv` and `poiseuille_plane_startup.csv`)",
-    startup_parts, 3};
+    "series for a layer (the tables `couette_startup.csv` and `poiseuille_plane_startup.csv`); Womersley's flow",
+    startup_parts, 4};
 
 #endif
 
