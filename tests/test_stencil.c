@@ -272,6 +272,30 @@ TEST(symmetries)
 }
 
 /* Lengths times a power of two: the weights follow bit for bit. */
+#if PD_DIM > 1
+/* Between 1 and 2 there is a horizon with isotropic fourth moments (theory: 2.3); in 2D its weights are those of the
+ * nine-point Laplacian. */
+TEST(isotropic_horizon)
+{
+    double m = PD_DIM == 2 ? 2.0 * sqrt(2.0) - 1.5 : sqrt(3.0) - 0.5 + 0.375 * (sqrt(2.0) - 1.0), h[PD_DIM];
+    pd_ctx ctx;
+    pd_stencil s;
+    equal_spacing(1.0, h);
+    if (!build(&ctx, m, h, PD_WEIGHTS_CALIBRATED, &s)) return;
+    CHECK_INT(s.count, PD_DIM == 2 ? 8 : 26);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++) {
+            double sum = 0.0;
+            for (int k = 0; k < s.count; k++)
+                sum += s.lap[k] * pow(s.xi[k * PD_DIM + a], 2.0) * pow(s.xi[k * PD_DIM + b], 2.0);
+            CHECK_REL(sum, a == b ? 2.0 : 2.0 / 3.0, 1e-14);
+        }
+    for (int k = 0; k < s.count && PD_DIM == 2; k++)
+        CHECK_REL(s.lap[k], s.offset[k * PD_DIM] * s.offset[k * PD_DIM + 1] ? 1.0 / 6.0 : 2.0 / 3.0, 1e-14);
+    release(&ctx, &s);
+}
+#endif
+
 TEST(unit_covariance)
 {
     double h[PD_DIM], scaled[PD_DIM], factor = ldexp(1.0, -19);
@@ -412,5 +436,11 @@ TEST(bad_input)
 #define OF_DIM ENTRY(printed_weights) ENTRY(patch_on_three_spacings)
 #endif
 
-TEST_MAIN(ENTRY(family_sizes) ENTRY(whole_cells) ENTRY(patch_on_any_spacing) OF_DIM ENTRY(symmetries)
+#if PD_DIM > 1
+#define OF_PLANE ENTRY(isotropic_horizon)
+#else
+#define OF_PLANE
+#endif
+
+TEST_MAIN(ENTRY(family_sizes) ENTRY(whole_cells) ENTRY(patch_on_any_spacing) OF_DIM OF_PLANE ENTRY(symmetries)
               ENTRY(unit_covariance) ENTRY(paths) ENTRY(bad_input))
