@@ -52308,9 +52308,10 @@ static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
         if (enters < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], "inlet"))
             enters = s->section[k];
     memcpy(e->recipe, e->initial, sizeof e->recipe);
-    int sets = pdi_text_has(s->ctx, s->text, s->chemistry, "pH");
+    if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
-        return pdi_read_electrolyte_fail(s, s->chemistry, sets ? "pH" : "chemistry");
+        return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
     if (pd_electrolyte_close(s->ctx, e, e->inlet_ph, e->inlet) < 0)
         return enters < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, "inlet_pH")
                           : pdi_read_electrolyte_fail(s, enters, "inlet");
