@@ -3418,6 +3418,7 @@ typedef struct pd_electrolyte {
     int count; /* of the species */
     pd_reaction reaction[PD_REACTION_MOST];
     int reactions;
+    double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
@@ -3425,7 +3426,7 @@ typedef struct pd_electrolyte {
     int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
     int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
     pd_activity activity;
-    double temperature;  /* [K] of Davies' equation */
+    double temperature;  /* [K] */
     int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
 } pd_electrolyte;
 
@@ -50003,7 +50004,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"activity", "-", "davies",
      "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
     {"temperature", "K", "298.15 K",
-     "of Davies' equation, 273 to 373; constants of reactions are those at this temperature"},
+     "273 to 373: Davies' equation and constants with an `enthalpy` follow it"},
     {"pH", "-", "that of the equilibrium",
      "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
     {"inlet_pH", "-", "that of `pH`",
@@ -50036,6 +50037,9 @@ static const pd_key pdi_keys_of_reaction[] = {
      "solids being 1"},
     {"log10_K", "-", "required, or `K`, or both rates",
      "its decimal logarithm with mol/L"},
+    {"enthalpy", "J/mol", "none: K holds as it is written",
+     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+     "van 't Hoff's equation (theory: eq. 5b.9)"},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
     {"backward", "of the reaction", "`forward` over K",
@@ -52073,6 +52077,8 @@ PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *n, cons
 
 #define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
 #define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
+#define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
+#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
 
 /* What the readers share. */
 typedef struct pdi_read_electrolyte {
@@ -52199,6 +52205,22 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     return PD_OK;
 }
 
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+{
+    pd_electrolyte *e = s->e;
+    double *enthalpy = &e->enthalpy[e->reactions];
+    *enthalpy = NAN;
+    if (!pdi_text_has(s->ctx, s->text, section, "enthalpy")) return PD_OK;
+    if (isnan(desc->k))
+        return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+    if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
+    else desc->k *= exp(more);
+    return PD_OK;
+}
+
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -52232,6 +52254,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
     } else if (pdi_text_has(s->ctx, s->text, section, "K")) {
         PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
     }
+    PDI_TRY(pdi_read_electrolyte_heat(s, section, &desc));
     for (int k = 0; k < 2; k++) {
         if (!pdi_text_has(s->ctx, s->text, section, rates[k])) continue;
         PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
@@ -62408,6 +62431,19 @@ static void pdi_speciate_closed(const pdi_speciate_work *w)
     }
 }
 
+/* Constants that hold at one temperature alone, whichever that is. */
+static void pdi_speciate_heat(const pdi_speciate_work *w)
+{
+    char list[400] = "";
+    if (fabs(w->e.temperature - PDI_SPECIATE_ICE - 25.0) < 1e-9) return;
+    for (int r = 0; r < w->e.reactions; r++)
+        if (w->e.reaction[r].has_k && isnan(w->e.enthalpy[r]))
+            pdi_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->e.reaction[r].name);
+    if (list[0])
+        pdi_speciate_say(w, PD_PRINT_NOTE, "constants without an enthalpy, which do not follow the temperature: %s",
+                         list);
+}
+
 /* The pH of what enters, where it is another one than that of the start. */
 static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, double ph)
 {
@@ -62428,6 +62464,7 @@ static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
                      w->e.temperature - PDI_SPECIATE_ICE, w->e.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
                      w->e.precipitates ? "all minerals form that can" : "minerals that are not there do not form");
+    pdi_speciate_heat(w);
     pdi_speciate_closed(w);
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);
     PDI_TRY(pdi_speciate_inlet(ctx, w, s.ph));

@@ -59,7 +59,7 @@ refuses() {
     verdict "pd2d $*" $said
 }
 cp "$fluids"/*.electrolyte .
-refuses "sbf.electrolyte:4: chemistry: the charges sum to -7.4 mol/m3, 4.41 % of the ionic strength, expected 0: \
+refuses "sbf.electrolyte:5: chemistry: the charges sum to -7.4 mol/m3, 4.41 % of the ionic strength, expected 0: \
 correct a concentration, or name the ion that makes up for it by balance = Cl-" \
     sbf.electrolyte --speciate "species.SO4-2.initial=4.2 mM"
 refuses "command line: found the section [species Zn2+], expected one of hbss.electrolyte (its labels: Na+, K+, Mg2+, \

@@ -104,6 +104,24 @@ TEST(constants)
     CHECK_REL(e.reaction[0].backward, 1.4e8 * 1e-8, 1e-12);
 }
 
+/* Of water at 37 C: pKw 13.61 to 13.63 in tables. A constant without an enthalpy stays; a rate back follows. */
+TEST(temperature)
+{
+    pd_ctx ctx;
+    if (!parse(&ctx, "[chemistry] temperature = 310.15 K\n[species H+]\n[species OH-]\n"
+                     "[reaction a] H2O = H+ + OH-  log10_K = -14  enthalpy = 55.91 kJ/mol\n"
+                     "[reaction b] H+ + OH- = H2O  K = 1e14 L2/mol2  enthalpy = -55.91 kJ/mol  forward = 1 L/mol/s\n"))
+        return;
+    CHECK_NEAR(e.reaction[0].ln_k / log(10.0), -13.62, 0.01);
+    CHECK_NEAR(e.reaction[1].ln_k, -e.reaction[0].ln_k, 1e-9);
+    CHECK_REL(e.reaction[1].backward, 1e3 * exp(e.reaction[0].ln_k), 1e-9);
+    if (!parse(&ctx, "[chemistry] temperature = 310.15 K\n[species H+]\n[species OH-]\n"
+                     "[reaction a] H2O = H+ + OH-  log10_K = -14\n"))
+        return;
+    CHECK_NEAR(e.reaction[0].ln_k / log(10.0), -14.0, 1e-12);
+    CHECK(isnan(e.enthalpy[0]));
+}
+
 /* Minerals: there, not there, and all that can form. Mg(OH)2 in water, ideal: [OH-]^3 = 2 Ksp with little H+. */
 TEST(minerals)
 {
@@ -194,6 +212,7 @@ TEST(bad_input)
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  forward = -1 L/mol/s\n", "expected a positive value");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  Kk = 1e14 L2/mol2\n", "found a second = in 'H+ + OH- = H2O  Kk");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O\n", "neither a constant of equilibrium nor a rate");
+    refuse(6, WATER "[reaction r] H+ = OH-  forward = 1 1/s  enthalpy = 1 J/mol\n", "expected K or log10_K");
     refuse(6, WATER "[reaction r] log10_K = 3\n", "found no 'equation'");
     refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1 L2/mol2  log10_K = 14\n", "beside 'K'");
     refuse(1, WATER "[reaction r] H+ + OH- = H2O  log10_K = 3\n", "is the sum of others");
@@ -319,5 +338,6 @@ static pd_status read_example(pd_ctx *ctx, void *user)
 
 TEST(allocation_failures) { CHECK_LE(20, fault_sweep("electrolyte", read_example, NULL, 10000, 1)); }
 
-TEST_MAIN(ENTRY(strong_acid_and_base) ENTRY(balance) ENTRY(constants) ENTRY(minerals) ENTRY(seawater) ENTRY(examples)
-          ENTRY(bad_input) ENTRY(includes) ENTRY(scenes) ENTRY(garbage) ENTRY(allocation_failures))
+TEST_MAIN(ENTRY(strong_acid_and_base) ENTRY(balance) ENTRY(constants) ENTRY(temperature) ENTRY(minerals)
+          ENTRY(seawater) ENTRY(examples) ENTRY(bad_input) ENTRY(includes) ENTRY(scenes) ENTRY(garbage)
+          ENTRY(allocation_failures))

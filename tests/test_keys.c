@@ -139,7 +139,7 @@ static const char electrolyte[] =
     "[species H+] D = 1e-9 m2/s\n[species OH-]\n[species Na+] initial = 1 mM  inlet = 1 mol/m3\n"
     "[species Cl-] initial = 1 mM\n[species glucose] formula = C6H12O6  charge = 0\n"
     "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s\n"
-    "[reaction again] H+ + OH- = H2O  log10_K = 14  backward = 1 mol/L/s\n";
+    "[reaction again] H+ + OH- = H2O  log10_K = 14  enthalpy = 0 J/mol  backward = 1 mol/L/s\n";
 
 /* The same of the sections of chemistry, which no scene carries yet. */
 static void take_electrolyte(void)

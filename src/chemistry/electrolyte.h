@@ -9,6 +9,7 @@ typedef struct pd_electrolyte {
     int count; /* of the species */
     pd_reaction reaction[PD_REACTION_MOST];
     int reactions;
+    double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
     double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
     double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
@@ -16,7 +17,7 @@ typedef struct pd_electrolyte {
     int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
     int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
     pd_activity activity;
-    double temperature;  /* [K] of Davies' equation */
+    double temperature;  /* [K] */
     int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
 } pd_electrolyte;
 

@@ -88,6 +88,19 @@ static void pdi_speciate_closed(const pdi_speciate_work *w)
     }
 }
 
+/* Constants that hold at one temperature alone, whichever that is. */
+static void pdi_speciate_heat(const pdi_speciate_work *w)
+{
+    char list[400] = "";
+    if (fabs(w->e.temperature - PDI_SPECIATE_ICE - 25.0) < 1e-9) return;
+    for (int r = 0; r < w->e.reactions; r++)
+        if (w->e.reaction[r].has_k && isnan(w->e.enthalpy[r]))
+            pdi_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->e.reaction[r].name);
+    if (list[0])
+        pdi_speciate_say(w, PD_PRINT_NOTE, "constants without an enthalpy, which do not follow the temperature: %s",
+                         list);
+}
+
 /* The pH of what enters, where it is another one than that of the start. */
 static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, double ph)
 {
@@ -108,6 +121,7 @@ static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
                      w->e.temperature - PDI_SPECIATE_ICE, w->e.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
                      w->e.precipitates ? "all minerals form that can" : "minerals that are not there do not form");
+    pdi_speciate_heat(w);
     pdi_speciate_closed(w);
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);
     PDI_TRY(pdi_speciate_inlet(ctx, w, s.ph));

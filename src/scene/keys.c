@@ -410,7 +410,7 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"activity", "-", "davies",
      "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
     {"temperature", "K", "298.15 K",
-     "of Davies' equation, 273 to 373; constants of reactions are those at this temperature"},
+     "273 to 373: Davies' equation and constants with an `enthalpy` follow it"},
     {"pH", "-", "that of the equilibrium",
      "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
     {"inlet_pH", "-", "that of `pH`",
@@ -443,6 +443,9 @@ static const pd_key pdi_keys_of_reaction[] = {
      "solids being 1"},
     {"log10_K", "-", "required, or `K`, or both rates",
      "its decimal logarithm with mol/L"},
+    {"enthalpy", "J/mol", "none: K holds as it is written",
+     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+     "van 't Hoff's equation (theory: eq. 5b.9)"},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
     {"backward", "of the reaction", "`forward` over K",

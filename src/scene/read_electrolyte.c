@@ -10,6 +10,8 @@
 
 #define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
 #define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
+#define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
+#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
 
 /* What the readers share. */
 typedef struct pdi_read_electrolyte {
@@ -136,6 +138,22 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     return PD_OK;
 }
 
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+{
+    pd_electrolyte *e = s->e;
+    double *enthalpy = &e->enthalpy[e->reactions];
+    *enthalpy = NAN;
+    if (!pdi_text_has(s->ctx, s->text, section, "enthalpy")) return PD_OK;
+    if (isnan(desc->k))
+        return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+    if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
+    else desc->k *= exp(more);
+    return PD_OK;
+}
+
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -169,6 +187,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
     } else if (pdi_text_has(s->ctx, s->text, section, "K")) {
         PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
     }
+    PDI_TRY(pdi_read_electrolyte_heat(s, section, &desc));
     for (int k = 0; k < 2; k++) {
         if (!pdi_text_has(s->ctx, s->text, section, rates[k])) continue;
         PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));

@@ -1223,6 +1223,7 @@ def declare(dim):
         ('count', c_int),
         ('reaction', pd_reaction * 24),
         ('reactions', c_int),
+        ('enthalpy', c_double * 24),
         ('recipe', c_double * 32),
         ('initial', c_double * 32),
         ('inlet', c_double * 32),
