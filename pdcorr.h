@@ -51453,9 +51453,9 @@ static pd_status pdi_include_file(pd_ctx *ctx, pd_text *text, const pd_text *fro
                                   const char *name, size_t size, int depth, pdi_include_files *files)
 {
     char message[PD_MESSAGE_SIZE], *path;
-    const char *slash = strrchr(from->name, '/');
     pd_text own;
-    size_t above = slash ? (size_t)(slash - from->name) + 1 : 0;
+    size_t above = strlen(from->name);
+    while (above > 0 && from->name[above - 1] != '/' && from->name[above - 1] != '\\') above--;
     if (files->count == PDI_INCLUDE_FILES || depth > PDI_INCLUDE_DEPTH || above + size >= PD_PATH_SIZE)
         return pdi_text_error(ctx, e->file, e->line, "include: found '%.*s', expected at most %d files, %d of which "
                               "include one another, and a shorter path", (int)(size < 80 ? size : 80), name,
