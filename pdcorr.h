@@ -89,6 +89,7 @@
  *     reaction   a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates.
  *     activity   coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4).
  *     speciation equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
+ *     electrolyte a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
  *     conductance conductances of the bonds of rows, found anew where nodes have turned.
@@ -181,10 +182,13 @@
  *     keys       the sections of a scene and their keys, with units, defaults and meanings: what the parser takes, what
  *     template   commented scenes to begin with, in the dimension of the program; examples/scenes/templates/ as text.
  *     text       the text of a scene, sections of `key = value` pairs, and the typed look-up of its values.
+ *     override   pairs of the command line in the place of those of a scene.
+ *     include    files of species and reactions that a scene names, joined with its text.
  *     named_files files that a scene names.
  *     setup      everything that a run needs to know, as data: what scene files and flat files are turned into.
  *     syntax     the sections of a scene and their keys, checked before anything is read: a misspelt key is reported as such
  *     read_constants reads the [constants] section of a scene: names for values, known to all numbers and expressions.
+ *     read_electrolyte the sections [chemistry], [species FORMULA] and [reaction NAME] of a scene, or of a file that has
  *     read_tables reads the [table NAME] sections of a scene: functions through the points of CSV files, for all
  *     fingerprint what makes a scene this one and no other: its name, sections and pairs with overrides, masks; not the
  *     reader     what the readers of sections share: the text, the setup that they fill, numbers within bounds.
@@ -222,6 +226,7 @@
  *     accuracy   settings of a setup that do not depend on h, from a wanted accuracy of the results.
  *     fit        which values of a scene match measured points? Bounded least squares over runs.
  *     sweep      one scene for every combination of a few values: a folder for each run, one table and one plot for all.
+ *     speciate   the equilibrium of an electrolyte as text, and its titration by a reagent as a table.
  */
 
 /* ======== >>core/config.h ======== */
@@ -233,7 +238,7 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
  *                          lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
@@ -3332,6 +3337,11 @@ PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, con
 /* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
  * the solvent and a gas count as 1. */
 PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
+#ifdef PDI_INTERNAL
+/* A sum of species "Na+ + OH-" as numbers nu of r. */
+PDI_FN pd_status pdi_reaction_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species, int count,
+                                  pd_reaction *r);
+#endif
 
 #endif
 
@@ -3394,6 +3404,61 @@ PD_API pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int
 /* Bring c [mol/m3], at least 0, to equilibrium. A species that no reaction makes of those with c > 0 stays 0.
  * PD_ERR_ARGUMENT: c is negative or not finite. PD_NOT_CONVERGED: no solution was found. c is unchanged then. */
 PD_API pd_status pd_speciation_solve(const pd_speciation *system, double *c, pd_speciation_result *result);
+
+#endif
+
+/* ======== >>chemistry/electrolyte.h ======== */
+/* electrolyte: a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
+ * equilibrium. */
+#ifndef PD_ELECTROLYTE_H
+#define PD_ELECTROLYTE_H
+
+typedef struct pd_electrolyte {
+    pd_species species[PD_SPECIES_MOST];
+    int count; /* of the species */
+    pd_reaction reaction[PD_REACTION_MOST];
+    int reactions;
+    double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
+    double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
+    double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
+    double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
+    double ph, inlet_ph; /* [-] set at the start, and of what enters; NaN: they follow from the amounts */
+    int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
+    int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
+    pd_activity activity;
+    double temperature;  /* [K] */
+    int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
+} pd_electrolyte;
+
+typedef struct pd_electrolyte_state {
+    double ph;       /* [-] NaN: there is no H+ */
+    double strength; /* [mol/m3] ionic strength */
+    double charge;   /* [mol/m3] sum of charges */
+    double saturation[PD_SPECIES_MOST]; /* [-] of solids log10(IAP/K), formed or not; NaN: unknown */
+    pd_speciation_result result;
+} pd_electrolyte_state;
+
+#define pd_electrolyte_close PD_NAME(pd_electrolyte_close)
+#define pd_electrolyte_solve PD_NAME(pd_electrolyte_solve)
+#define pd_electrolyte_reagent PD_NAME(pd_electrolyte_reagent)
+
+/* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`
+ * (NaN: whatever it is). PD_ERR_ARGUMENT: charges do not sum to 0 and there is no such ion, or it would become
+ * negative; a pH without a counter ion, or one that cannot be reached. c holds what is in, not the equilibrium. */
+PD_API pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
+/* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates. PD_ERR_ARGUMENT,
+ * PD_ERR_DIVERGED: there is none, c is unchanged. */
+PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);
+/* per[e.count], species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a charge. */
+PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
+#ifdef PDI_INTERNAL
+/* Index of a species; -1: there is none. */
+PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
+/* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
+PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
+/* Sum of an element [mol/m3]. */
+PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
+#endif
 
 #endif
 #endif /* cut */
@@ -7760,7 +7825,7 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size);
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>scene/units.h ======== */
 /* units: physical dimensions, unit products such as "um/h" or "Pa s", and values printed with a readable unit.
@@ -7959,13 +8024,14 @@ PDI_FN int pdi_expr_taken(const char *name);
 
 typedef struct pd_key {
     const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
-    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's */
+    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's;
+                           * "text": the first key of a section, whose value stands without it */
     const char *fallback; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
     const char *meaning;
 } pd_key;
 
 typedef struct pd_key_section {
-    const char *name, *label; /* label: what stands behind the name: "NAME", "" for nothing */
+    const char *name, *label; /* label: what stands behind the name: "NAME", "FORMULA", "" for nothing */
     const char *meaning;
     const pd_key *key; /* [count] in the order of the guide */
     int count;
@@ -8016,7 +8082,8 @@ PD_API const pd_template *pd_templates(int *count);
  *
  * `[name]` or `[name label]` opens a section at the start of a line. A pair begins at every `identifier =` outside
  * parentheses (not ==, <=, >=) and ends before the next one or at the end of the line; commas and blanks around the
- * value do not count. A file without any section line is flat: its numbers are SI and need no unit.
+ * value do not count. In a section whose first key is a text (keys.h) that text stands without its key, and what is no
+ * key of the section belongs to it. A file without any section line is flat: its numbers are SI and need no unit.
  *
  * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pdi_text_unused).
  * Every message starts with file:line.
@@ -8031,6 +8098,7 @@ PD_API const pd_template *pd_templates(int *count);
 
 typedef struct pd_section {
     const char *name, *label; /* "" when absent */
+    const char *file;         /* where it stands, for messages */
     int line;                 /* 0: not in the file */
     int group;                /* first section of the same name */
     int present;              /* stands in the file or has a pair */
@@ -8040,7 +8108,9 @@ typedef struct pd_section {
 typedef struct pd_text_entry {
     const char *key, *value;
     int section;
+    const char *file;
     int line, column; /* of the value; line 0: command line */
+    int depth;        /* files that include one another down to this one */
     int used;
 } pd_text_entry;
 
@@ -8080,16 +8150,17 @@ typedef struct pd_word_list {
 } pd_word_list;
 
 #ifdef PDI_INTERNAL
+#define PDI_TEXT_LIST 240 /* [byte] of a list of names in a message */
+
+/* What a word may be made of: of an identifier; in a label also of signs; in one of a formula of ( ) ^ : too. */
+typedef enum pdi_text_word { PDI_TEXT_KEY = 0, PDI_TEXT_LABEL, PDI_TEXT_FORMULA } pdi_text_word;
+
 /* Take a copy of bytes[size]; name stands in messages. PD_ERR_PARSE: not text, not the format, a key twice, too many
  * pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
 /* The same from a file. PD_ERR_FILE: it cannot be read or is too large. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
-/* Apply a command-line argument `key=value`, `section.key=value` or `section.label.key=value`. A bare key must stand
- * in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one then fails in
- * pdi_text_unused. PD_ERR_PARSE. */
-PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
 PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
@@ -8139,6 +8210,61 @@ PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, 
                                  ...) PD_PRINTF_LIKE(5, 6);
 /* PD_ERR_PARSE when no call has read a section or key; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
+
+/* For modules that change a text. */
+/* A copy of bytes[size] with an end, owned by text. */
+PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy);
+/* PD_ERR_PARSE with "file:12: " or, for line 0, "command line: " before the message. */
+PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...) PD_PRINTF_LIKE(4, 5);
+/* The same for what stands at t[at]. */
+PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+                                   const char *expected);
+/* Add a name to list[PDI_TEXT_LIST]. */
+PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name);
+/* Index of the section; creates it when absent. */
+PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index);
+/* NULL: there is none. */
+PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key);
+/* A pair, whose strings live as long as text. PD_ERR_PARSE: the section has the key. */
+PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
+                              int column);
+/* Where t[at..] has its next byte that is no blank. */
+PDI_FN size_t pdi_text_skip(const char *t, size_t at);
+/* Which words are labels of a section of this name. */
+PDI_FN pdi_text_word pdi_text_label(const char *section);
+/* Length of the word at t. */
+PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind);
+/* Only printable bytes, tabs and line ends: a binary file is recognised before anything is read from it. */
+PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
+#endif
+
+#endif
+
+/* ======== >>scene/override.h ======== */
+/* override: pairs of the command line in the place of those of a scene. */
+#ifndef PD_OVERRIDE_H
+#define PD_OVERRIDE_H
+
+#ifdef PDI_INTERNAL
+/* Apply a command-line argument `key=value`, `section.key=value` or `section.label.key=value`. A bare key must stand
+ * in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one then fails in
+ * pdi_text_unused. PD_ERR_PARSE. */
+PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argument);
+#endif
+
+#endif
+
+/* ======== >>scene/include.h ======== */
+/* include: files of species and reactions that a scene names, joined with its text. */
+#ifndef PD_INCLUDE_H
+#define PD_INCLUDE_H
+
+#ifdef PDI_INTERNAL
+/* Read the files of the key `include` of [chemistry], relative to the folder of `text`, and those that they include,
+ * and add their pairs to text. A pair goes before one of the same name in a file that its own file includes.
+ * PD_ERR_PARSE, PD_ERR_ARGUMENT, PD_ERR_FILE with file:line: a file is missing or includes itself, it has other
+ * sections than [chemistry], [species] and [reaction], two files beside each other give one value. */
+PDI_FN pd_status pdi_include_read(pd_ctx *ctx, pd_text *text);
 #endif
 
 #endif
@@ -8483,6 +8609,9 @@ typedef struct pd_setup {
     pd_kernel kernel;
     pd_weights weights;
     pd_setup_body metal_body;
+    /* species and reactions */
+    int has_chemistry;
+    pd_electrolyte electrolyte;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -8637,6 +8766,40 @@ PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *named, 
                                       double value);
 /* 1: expressions of a scene know the name without its doing. */
 PDI_FN int pdi_read_constants_taken(const char *name);
+#endif
+
+#endif
+
+/* ======== >>scene/read_electrolyte.h ======== */
+/* read_electrolyte: the sections [chemistry], [species FORMULA] and [reaction NAME] of a scene, or of a file that has
+ * nothing else.
+ *
+ *   [chemistry]  include = electrolytes/hbss.electrolyte   activity = davies|ideal   temperature = 298.15 K
+ *                pH = 7.4   inlet_pH   counter = Cl-   balance = Cl-   minerals = given|all
+ *   [species Mg2+]    D = 0.705e-9 m2/s   initial = 0.9 mM   inlet = 0.9 mM   charge   formula
+ *   [reaction water]  H+ + OH- = H2O   K = 1e14 L2/mol2 | log10_K = 14   forward = 1.4e11 L/mol/s   backward
+ */
+#ifndef PD_READ_ELECTROLYTE_H
+#define PD_READ_ELECTROLYTE_H
+
+#define pd_electrolyte_read PD_NAME(pd_electrolyte_read)
+#define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
+
+/* Read the sections of chemistry of a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, close the
+ * recipes (pd_electrolyte_close). Other sections are not read. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line, what was found and what was expected. */
+PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
+                                     pd_electrolyte *electrolyte);
+/* The same of a text; `path` stands in messages, and files are looked for beside it. */
+PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
+                                      int count, pd_electrolyte *electrolyte);
+#ifdef PDI_INTERNAL
+/* 1: text has one of the sections. */
+PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text);
+/* The sections of a text whose constants are known and whose files are included. */
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *electrolyte);
+/* Include files and apply overrides, of which chemistry.include comes first. */
+PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
 #endif
 
 #endif
@@ -9950,6 +10113,29 @@ PD_API pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *sweep, int index, con
  * A run that was not begun counts as stopped. PD_ERR_FILE. */
 PD_API pd_status pd_sweep_write(pd_ctx *ctx, const pd_sweep *sweep, pd_sweep_count *count);
 PD_API void pd_sweep_free(pd_ctx *ctx, pd_sweep *sweep);
+
+#endif
+
+/* ======== >>run/speciate.h ======== */
+/* speciate: the equilibrium of an electrolyte as text, and its titration by a reagent as a table. */
+#ifndef PD_SPECIATE_H
+#define PD_SPECIATE_H
+
+typedef struct pd_speciate_desc {
+    const char *path; /* of a scene, or of a file of species and reactions */
+    const char *const *overrides;
+    int count;
+    const char *titrate; /* "Na+ + OH- 0..1 mM 21": a neutral reagent, how much, rows; NULL: the equilibrium alone */
+    pd_print_fn print;
+    void *user;
+} pd_speciate_desc;
+
+#define pd_speciate PD_NAME(pd_speciate)
+
+/* Print pH, ionic strength, species, saturation of minerals and elements of the start in equilibrium, and a line of
+ * results; or, with a reagent, the rows of a table (CSV) and a line of results. Failures as those of
+ * pd_electrolyte_read and pd_electrolyte_solve; *bad_input: 1: of the file or the reagent. */
+PD_API pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input);
 
 #endif
 #endif /* cut */
@@ -24228,11 +24414,12 @@ static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, c
                     "one of %s", r->name, at, known);
 }
 
-static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, pd_reaction *r)
+/* Both sides of a reaction, or with side 1 a sum alone. */
+static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, double side,
+                                    pd_reaction *r)
 {
     char term[PDI_REACTION_TERM];
     size_t size = 0;
-    double side = -1.0;
     for (const char *at = text;; at++) {
         int single = (at == text || pdi_reaction_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_blank(at[1]));
         if (*at && !(single && (*at == '+' || *at == '='))) {
@@ -24342,9 +24529,17 @@ static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, co
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
     if (count < 1 || count > PD_SPECIES_MOST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
-    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, r));
+    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, -1.0, r));
     PDI_TRY(pdi_reaction_balance(ctx, species, count, r));
     return pdi_reaction_constants(ctx, desc, species, count, r);
+}
+
+PDI_FN pd_status pdi_reaction_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species, int count,
+                                  pd_reaction *r)
+{
+    memset(r, 0, sizeof *r);
+    snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
+    return pdi_reaction_terms(ctx, text, species, count, 1.0, r);
 }
 
 pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
@@ -24897,6 +25092,225 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
     if (status < 0) memset(s, 0, sizeof *s);
     else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
     return status;
+}
+
+/* ======== >>chemistry/electrolyte.c ======== */
+/* electrolyte: see electrolyte.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Sum of charges over the ionic strength below which a recipe is neutral. */
+#define PDI_ELECTROLYTE_NEUTRAL 1e-6
+/* Difference of pH at which a set one is met. */
+#define PDI_ELECTROLYTE_PH 1e-12
+/* [mol/m3] of acid or base that is tried first and last to meet a pH. */
+#define PDI_ELECTROLYTE_FIRST 1e-9
+#define PDI_ELECTROLYTE_LAST 2e4
+/* Most steps of the search in between. */
+#define PDI_ELECTROLYTE_STEPS 200
+
+PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
+{
+    for (int i = 0; i < e->count; i++)
+        if (strcmp(e->species[i].name, name) == 0) return i;
+    return -1;
+}
+
+PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element)
+{
+    double sum = 0.0;
+    for (int i = 0; i < e->count; i++) sum += c[i] * pdi_species_atoms(&e->species[i], element);
+    return sum;
+}
+
+static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, double *strength)
+{
+    double sum = 0.0;
+    *strength = 0.0;
+    for (int i = 0; i < e->count; i++) {
+        sum += e->species[i].charge * c[i];
+        *strength += 0.5 * e->species[i].charge * e->species[i].charge * c[i];
+    }
+    return sum;
+}
+
+/* 1: the reaction is held in equilibrium: it has a constant, and its minerals may form or are there. */
+static int pdi_electrolyte_holds(const pd_electrolyte *e, const pd_reaction *r, const double *c)
+{
+    if (!r->has_k) return 0;
+    for (int i = 0; i < e->count && c && !e->precipitates; i++)
+        if (r->nu[i] != 0.0 && e->species[i].phase == PD_PHASE_SOLID && !(c[i] > 0.0)) return 0;
+    return 1;
+}
+
+PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system)
+{
+    pd_reaction held[PD_REACTION_MOST];
+    int count = 0;
+    for (int r = 0; r < e->reactions; r++) {
+        if (!pdi_electrolyte_holds(e, &e->reaction[r], c)) continue;
+        held[count] = e->reaction[r];
+        held[count++].kinetic = 0; /* its rates lead there, too */
+    }
+    return pd_speciation_build(ctx, e->species, e->count, held, count, e->activity, e->temperature, system);
+}
+
+/* Decimal logarithms of IAP/K of minerals, of the one solid of each reaction. */
+static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
+{
+    for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
+    for (int r = 0; r < e->reactions; r++) {
+        const double *nu = e->reaction[r].nu;
+        double sum = -e->reaction[r].ln_k / log(10.0);
+        int solid = -1, solids = 0;
+        for (int i = 0; i < e->count; i++) {
+            if (nu[i] == 0.0) continue;
+            if (e->species[i].phase == PD_PHASE_SOLID) {
+                solid = i;
+                solids++;
+            } else if (e->species[i].phase == PD_PHASE_SOLUTE) {
+                sum += nu[i] * s->result.log_activity[i];
+            } else if (e->species[i].phase != PD_PHASE_SOLVENT) {
+                solids = 2; /* gases and electrons have no activity here */
+            }
+        }
+        if (solids == 1 && e->reaction[r].has_k) s->saturation[solid] = -sum / nu[solid];
+    }
+}
+
+pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
+{
+    pd_speciation system;
+    int h = pdi_electrolyte_find(e, "H+");
+    memset(s, 0, sizeof *s);
+    PDI_TRY(pdi_electrolyte_build(ctx, e, c, &system));
+    pd_status status = pd_speciation_solve(&system, c, &s->result);
+    if (status == PD_ERR_ARGUMENT)
+        return pdi_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
+    if (status != PD_OK)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "electrolyte", "no equilibrium was found: look for a reaction whose "
+                        "constant is off by powers of ten, or whose species all are absent");
+    s->strength = s->result.strength;
+    double strength;
+    s->charge = pdi_electrolyte_charge(e, c, &strength);
+    s->ph = h >= 0 && c[h] > 0.0 ? -s->result.log_activity[h] : NAN;
+    pdi_electrolyte_saturation(e, s);
+    return PD_OK;
+}
+
+/* The recipe with `acid` [mol/m3] of H+ and its counter ion, or as much base where it is negative. */
+static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid, double *c,
+                                    double *ph)
+{
+    pd_electrolyte_state s;
+    int ion = pdi_electrolyte_find(e, acid > 0.0 ? "H+" : "OH-");
+    double out[PD_SPECIES_MOST];
+    memcpy(c, from, (size_t)e->count * sizeof *c);
+    c[ion] += fabs(acid);
+    double left = c[e->counter] - acid / e->species[e->counter].charge;
+    c[e->counter] = fmax(left, 0.0); /* of rounding at the bound */
+    memcpy(out, c, (size_t)e->count * sizeof *c);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
+    *ph = s.ph;
+    return PD_OK;
+}
+
+/* Bracket the amount of acid or base between a[0] and a[1], pH f[0] and f[1] above the one that is wanted. */
+static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from, double *a,
+                                         double *f)
+{
+    const pd_species *counter = &e->species[e->counter];
+    double c[PD_SPECIES_MOST];
+    PDI_TRY(pdi_electrolyte_ph(ctx, e, from, 0.0, c, &f[0]));
+    f[0] -= ph;
+    a[0] = a[1] = 0.0;
+    if (isnan(f[0]))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
+                        "[reaction water] H2O = H+ + OH-");
+    f[1] = f[0];
+    for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_FIRST; f[1] * sign > 0.0; size *= 4.0) {
+        double most = from[e->counter] * counter->charge * sign; /* the ion is used up */
+        if (a[1] * sign >= PDI_ELECTROLYTE_LAST || (most > 0.0 && a[1] * sign >= most))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH %g cannot be reached with %s, of which there are "
+                            "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
+        a[0] = a[1];
+        f[0] = f[1];
+        a[1] = sign * (most > 0.0 ? fmin(size, most) : size);
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, a[1], c, &f[1]));
+        f[1] -= ph;
+    }
+    return PD_OK;
+}
+
+/* The amount of acid or base of a pH by the method of Illinois. */
+static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+{
+    double from[PD_SPECIES_MOST], a[2], f[2];
+    if (e->counter < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
+                        "that sets it, expected counter = Cl- or another ion");
+    if (pdi_electrolyte_find(e, "H+") < 0 || pdi_electrolyte_find(e, "OH-") < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
+                        "[species OH-], expected both");
+    memcpy(from, c, (size_t)e->count * sizeof *c);
+    PDI_TRY(pdi_electrolyte_bracket(ctx, e, ph, from, a, f));
+    for (int k = 0; k < PDI_ELECTROLYTE_STEPS && fabs(f[1]) > PDI_ELECTROLYTE_PH && a[0] != a[1]; k++) {
+        double middle = k % 3 == 2 ? 0.5 * (a[0] + a[1]) : a[1] - f[1] * (a[1] - a[0]) / (f[1] - f[0]), found;
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, middle, c, &found));
+        found -= ph;
+        if (found * f[1] < 0.0) {
+            a[0] = a[1];
+            f[0] = f[1];
+        } else {
+            f[0] *= 0.5;
+        }
+        if (!(fabs(middle - a[1]) > 0.0)) break;
+        a[1] = middle;
+        f[1] = found;
+    }
+    double found;
+    return pdi_electrolyte_ph(ctx, e, from, a[1], c, &found);
+}
+
+/* The ion of which there is most, as a proposal. */
+static const char *pdi_electrolyte_most(const pd_electrolyte *e, const double *c)
+{
+    int best = -1;
+    for (int i = 0; i < e->count; i++)
+        if (e->species[i].charge && e->species[i].phase == PD_PHASE_SOLUTE && (best < 0 || c[i] > c[best])) best = i;
+    return best < 0 ? "Cl-" : e->species[best].name;
+}
+
+pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+{
+    double strength, charge = pdi_electrolyte_charge(e, c, &strength);
+    if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL * strength)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
+                        "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
+                        "balance = %s", charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_most(e, c));
+    if (e->balance >= 0) {
+        double more = -charge / e->species[e->balance].charge;
+        if (c[e->balance] + more < 0.0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, which %s cannot "
+                            "make up for: there are %g mol/m3 of it; name another ion by 'balance'", charge,
+                            e->species[e->balance].name, c[e->balance]);
+        c[e->balance] += more;
+    }
+    return isnan(ph) ? PD_OK : pdi_electrolyte_set(ctx, e, ph, c);
+}
+
+pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per)
+{
+    pd_reaction r;
+    double strength;
+    PDI_TRY(pdi_reaction_sum(ctx, "the reagent", text, e->species, e->count, &r));
+    double charge = pdi_electrolyte_charge(e, r.nu, &strength);
+    if (charge != 0.0)
+        return pdi_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
+                        "one such as Na+ + OH-", text, charge);
+    memcpy(per, r.nu, (size_t)e->count * sizeof *per);
+    return PD_OK;
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -47742,7 +48156,7 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -48270,7 +48684,7 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -48389,7 +48803,7 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -49171,7 +49585,7 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -49583,6 +49997,54 @@ static const pd_key pdi_keys_of_measured[] = {
     {"start", "s", "0",
      "time of the file at which the run begins"}};
 
+static const pd_key pdi_keys_of_chemistry[] = {
+    {"include", "-", "none",
+     "files with more of these sections, relative to this one, for example `electrolytes/hbss.electrolyte`; what "
+     "stands here goes before what they say"},
+    {"activity", "-", "davies",
+     "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
+    {"temperature", "K", "298.15 K",
+     "273 to 373: Davies' equation and constants with an `enthalpy` follow it"},
+    {"pH", "-", "that of the equilibrium",
+     "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
+    {"inlet_pH", "-", "that of `pH`",
+     "the same of what enters"},
+    {"counter", "-", "that of `balance`",
+     "ion that comes or goes with the acid or base of `pH`"},
+    {"balance", "-", "none: charges have to sum to 0",
+     "ion that makes up for the sum of charges of what is written"},
+    {"minerals", "-", "given",
+     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
+
+static const pd_key pdi_keys_of_species[] = {
+    {"D", "m2/s", "not known",
+     "diffusivity; a species that moves needs it"},
+    {"charge", "-", "that of the name",
+     "needed where the name is no formula with its charge"},
+    {"formula", "-", "the name",
+     "atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose"},
+    {"initial", "mol/m3", "0",
+     "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
+    {"inlet", "mol/m3", "that of `initial`",
+     "the same of what enters"}};
+
+static const pd_key pdi_keys_of_reaction[] = {
+    {"equation", "text", "required",
+     "stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. Elements and "
+     "charge have to balance"},
+    {"K", "of the reaction", "required, or `log10_K`, or both rates",
+     "constant of the equilibrium of the equation as it is written, with its unit: products over reactants, water and "
+     "solids being 1"},
+    {"log10_K", "-", "required, or `K`, or both rates",
+     "its decimal logarithm with mol/L"},
+    {"enthalpy", "J/mol", "none: K holds as it is written",
+     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+     "van 't Hoff's equation (theory: eq. 5b.9)"},
+    {"forward", "of the reaction", "none: the reaction is in equilibrium",
+     "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
+    {"backward", "of the reaction", "`forward` over K",
+     "from right to left"}};
+
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
     {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
@@ -49599,6 +50061,9 @@ static const pd_key_section pdi_keys_all[] = {
     {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
     {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
     {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
+    {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
+    {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
+    {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},
@@ -50074,7 +50539,6 @@ const pd_template *pd_templates(int *count)
 #include <string.h>
 
 #define PDI_TEXT_WHERE 320 /* [byte] of "file:line" */
-#define PDI_TEXT_LIST 240  /* [byte] of a list of names in a message */
 
 /* ---- strings and tables ---- */
 
@@ -50088,8 +50552,7 @@ const pd_template *pd_templates(int *count)
         } \
     } while (0)
 
-/* A copy of bytes[size] with an end, owned by text. */
-static pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
+PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
 {
     PDI_TEXT_ROOM(ctx, text->block, text->block_count, text->block_room);
     pd_text_block *block = &text->block[text->block_count];
@@ -50102,21 +50565,20 @@ static pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, si
 }
 
 /* "file:12", or "command line" for line 0. */
-static void pdi_text_where(const pd_text *text, int line, char *where)
+static void pdi_text_where(const char *file, int line, char *where)
 {
-    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", text->name, line);
+    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", file, line);
     else snprintf(where, PDI_TEXT_WHERE, "command line");
 }
 
-PD_PRINTF_LIKE(4, 5)
-static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
+PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...)
 {
     char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(text, line, where);
+    pdi_text_where(file, line, where);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
 }
 
@@ -50128,7 +50590,7 @@ static void pdi_text_title(const pd_text *text, int section, char *title)
     else snprintf(title, PD_UNITS_TEXT, "[%.40s%s%.40s]", s->name, s->label[0] ? " " : "", s->label);
 }
 
-static void pdi_text_list_add(char *list, const char *separator, const char *name)
+PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name)
 {
     size_t used = strlen(list);
     if (used + strlen(name) + strlen(separator) + 5 > PDI_TEXT_LIST) {
@@ -50138,8 +50600,7 @@ static void pdi_text_list_add(char *list, const char *separator, const char *nam
     snprintf(list + used, PDI_TEXT_LIST - used, "%s%s", used > 0 ? separator : "", name);
 }
 
-/* Index of the section; creates it when absent. */
-static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
+PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
@@ -50156,34 +50617,37 @@ static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
     pd_section *s = &text->section[text->section_count];
     s->name = kept_name;
     s->label = kept_label;
+    s->file = text->name ? text->name : "";
     s->group = group;
     *index = text->section_count++;
     return PD_OK;
 }
 
-static pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
+PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
 {
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
     return NULL;
 }
 
-static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
+PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
                               int column)
 {
     const pd_text_entry *old = pdi_text_entry_at(text, section, key);
     char title[PD_UNITS_TEXT];
     pdi_text_title(text, section, title);
     if (old)
-        return pdi_text_error(ctx, text, line, "found '%.40s' a second time in %s, first on line %d; expected it once",
-                              key, title, old->line);
+        return pdi_text_error(ctx, text->name, line,
+                              "found '%.40s' a second time in %s, first on line %d; expected it once", key, title,
+                              old->line);
     if (text->entry_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
+        return pdi_text_error(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
     PDI_TEXT_ROOM(ctx, text->entry, text->entry_count, text->entry_room);
     pd_text_entry *e = &text->entry[text->entry_count++];
     e->key = key;
     e->value = value;
     e->section = section;
+    e->file = text->name;
     e->line = line;
     e->column = column;
     text->section[section].present = 1;
@@ -50192,19 +50656,25 @@ static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const cha
 
 /* ---- reading the file ---- */
 
-static size_t pdi_text_skip(const char *t, size_t at)
+PDI_FN size_t pdi_text_skip(const char *t, size_t at)
 {
     while (pdi_units_blank(t[at])) at++;
     return at;
 }
 
-/* Length of the word of a name at t: an ASCII identifier, with signs too in a label. */
-static size_t pdi_text_name(const char *t, int label)
+PDI_FN pdi_text_word pdi_text_label(const char *section)
+{
+    const pd_key_section *table = pdi_keys_section(section);
+    return table && strcmp(table->label, "FORMULA") == 0 ? PDI_TEXT_FORMULA : PDI_TEXT_LABEL;
+}
+
+PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind)
 {
     size_t n = 0;
     while ((unsigned char)t[n] < 0x80 &&
            ((t[n] >= 'a' && t[n] <= 'z') || (t[n] >= 'A' && t[n] <= 'Z') || t[n] == '_' ||
-            (pdi_units_digit(t[n]) && (n > 0 || label)) || (label && (t[n] == '+' || t[n] == '-'))))
+            (pdi_units_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
+            (kind == PDI_TEXT_FORMULA && n > 0 && (t[n] == '(' || t[n] == ')' || t[n] == '^' || t[n] == ':'))))
         n++;
     return n;
 }
@@ -50212,31 +50682,34 @@ static size_t pdi_text_name(const char *t, int label)
 /* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
 static size_t pdi_text_pair(const char *t, size_t *value)
 {
-    size_t n = pdi_text_name(t, 0), equal = pdi_text_skip(t, n);
+    size_t n = pdi_text_name(t, PDI_TEXT_KEY), equal = pdi_text_skip(t, n);
     if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
     *value = equal + 1;
     return n;
 }
 
-static pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
                                    const char *expected)
 {
     char found[PD_UNITS_TEXT];
     pdi_expr_quote(t + at, found);
-    return pdi_text_error(ctx, text, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
+    return pdi_text_error(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
 /* "[name label]" at t[*at]: the section it opens. */
 static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
-    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, 0), label, label_size, close;
+    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, PDI_TEXT_KEY);
+    size_t label, label_size, close;
+    char kept[PD_TEXT_WORD] = "";
     if (name_size == 0) return pdi_text_expected(ctx, text, line, t, name, "the name of a section");
     label = pdi_text_skip(t, name + name_size);
-    label_size = label > name + name_size ? pdi_text_name(t + label, 1) : 0;
+    if (name_size < sizeof kept) memcpy(kept, t + name, name_size);
+    label_size = label > name + name_size ? pdi_text_name(t + label, pdi_text_label(kept)) : 0;
     close = pdi_text_skip(t, label + label_size);
     if (t[close] != ']') return pdi_text_expected(ctx, text, line, t, close, "']' after [name or [name label");
     if (text->section_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
+        return pdi_text_error(ctx, text->name, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
     t[close] = t[label + label_size] = t[name + name_size] = '\0';
     PDI_TRY(pdi_text_section_at(ctx, text, t + name, label_size > 0 ? t + label : "", section));
     if (text->section[*section].line == 0) text->section[*section].line = line;
@@ -50246,14 +50719,34 @@ static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, 
     return PD_OK;
 }
 
+/* The key of the free text of a section; NULL: it has none. */
+static const char *pdi_text_free_key(const pd_text *text, int section)
+{
+    const pd_key_section *table = pdi_keys_section(text->section[section].name);
+    return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
+}
+
+/* Length of the key at t; in a section with a free text those of its table alone count. */
+static size_t pdi_text_begins(const pd_text *text, int section, const char *t, size_t *value)
+{
+    char key[PD_TEXT_WORD];
+    size_t size = pdi_text_pair(t, value);
+    if (size == 0 || size >= sizeof key || !pdi_text_free_key(text, section)) return size;
+    memcpy(key, t, size);
+    key[size] = '\0';
+    return pdi_keys_find(pdi_keys_section(text->section[section].name), key) ? size : 0;
+}
+
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
-static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, const char *t, int line, size_t at, size_t *end)
+static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, size_t at,
+                                    size_t *end)
 {
     size_t start = at, open = 0, unused;
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
-        if (depth == 0 && (pdi_units_blank(before) || before == ',') && pdi_text_pair(t + at, &unused) > 0) break;
+        int apart = depth == 0 && (pdi_units_blank(before) || before == ',');
+        if (apart && pdi_text_begins(text, section, t + at, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
         if (t[at] == '[' || t[at] == ']')
@@ -50272,26 +50765,27 @@ static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, in
     if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
     at = pdi_text_skip(t, at);
     while (t[at] != '\0') {
-        size_t key = at, size = pdi_text_pair(t + at, &value);
-        if (size == 0)
+        size_t key = at, size = pdi_text_begins(text, *section, t + at, &value);
+        const char *name = size ? t + key : pdi_text_free_key(text, *section);
+        if (!name)
             return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
-        value = pdi_text_skip(t, at + value);
-        PDI_TRY(pdi_text_value_end(ctx, text, t, line, value, &at));
+        value = size ? pdi_text_skip(t, at + value) : at;
+        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, value, &at));
         for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';
-            return pdi_text_error(ctx, text, line, "column %d: found nothing after '%.40s =', expected a value",
+            return pdi_text_error(ctx, text->name, line, "column %d: found nothing after '%.40s =', expected a value",
                                   (int)value + 1, t + key);
         }
         /* A value ends at a separator, so nothing of the next key is overwritten. */
-        t[end] = t[key + size] = '\0';
-        PDI_TRY(pdi_text_add(ctx, text, *section, t + key, t + value, line, (int)value + 1));
+        if (size) t[key + size] = '\0';
+        t[end] = '\0';
+        PDI_TRY(pdi_text_add(ctx, text, *section, name, t + value, line, (int)value + 1));
     }
     return PD_OK;
 }
 
-/* Only printable bytes, tabs and line ends: a binary file is recognised before anything is read from it. */
-static pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size)
+PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size)
 {
     int line = 1;
     for (size_t k = 0; k < size; k++) {
@@ -50299,7 +50793,7 @@ static pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
         int end = c == '\r' && (k + 1 == size || t[k + 1] == '\n');
         if (c == '\n') line++;
         else if ((c < 0x20 && c != '\t' && !end) || c == 0x7f)
-            return pdi_text_error(ctx, text, line, "found byte 0x%02x, expected text", (unsigned)c);
+            return pdi_text_error(ctx, text->name, line, "found byte 0x%02x, expected text", (unsigned)c);
     }
     return PD_OK;
 }
@@ -50361,108 +50855,6 @@ PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 }
 
 PDI_FN int pdi_text_flat(const pd_text *text) { return text->flat; }
-
-/* ---- command line ---- */
-
-/* The section of a bare key: the only one that holds it, or section 0 of a flat file. */
-static pd_status pdi_text_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
-{
-    int count = 0;
-    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
-    pdi_units_near near_word;
-    pdi_units_near_init(&near_word, key, strlen(key));
-    *section = 0;
-    for (int k = 0; k < text->entry_count; k++) {
-        const pd_text_entry *e = &text->entry[k];
-        const pd_section *s = &text->section[e->section];
-        pdi_units_offer(&near_word, e->key);
-        if (strcmp(e->key, key) != 0) continue;
-        char path[3 * 64];
-        snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
-                 s->name[0] ? "." : "", key);
-        pdi_text_list_add(list, ", ", path);
-        *section = e->section;
-        count++;
-    }
-    pdi_units_hint(&near_word, hint);
-    if (count > 1)
-        return pdi_text_error(ctx, text, 0, "found the key '%.40s', expected one of %s", key, list);
-    if (count == 0 && !text->flat)
-        return pdi_text_error(ctx, text, 0, "found the key '%.40s', which no section of %.80s has, expected"
-                              " section.key%s", key, text->name, hint);
-    return PD_OK;
-}
-
-/* The section of `name.key`: the one without label, else the only labelled one, else a new one. */
-static pd_status pdi_text_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
-{
-    int count = 0, found = -1;
-    char list[PDI_TEXT_LIST] = "";
-    for (int k = 0; k < text->section_count; k++) {
-        const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
-        char path[3 * 64];
-        snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
-        pdi_text_list_add(list, ", ", path);
-        count++;
-        if (found < 0 || s->label[0] == '\0') found = k;
-    }
-    if (count > 1 && text->section[found].label[0])
-        return pdi_text_error(ctx, text, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
-    *section = found;
-    return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
-}
-
-static pd_status pdi_text_labelled_section(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
-                                           int *section)
-{
-    char list[PDI_TEXT_LIST] = "";
-    for (int k = 0; k < text->section_count; k++) {
-        const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
-        *section = k;
-        if (strcmp(s->label, label) == 0) return PD_OK;
-        pdi_text_list_add(list, ", ", s->label[0] ? s->label : "no label");
-    }
-    return pdi_text_error(ctx, text, 0, "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name,
-                          label, text->name, list[0] ? list : "none");
-}
-
-PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
-{
-    char *part[3], *t;
-    size_t at = 0, value = 0, end;
-    int parts = 0, section = 0;
-    PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
-    PDI_TRY(pdi_text_keep(ctx, text, argument, strlen(argument), &t));
-    for (int more = 1; more; parts++) {
-        at = pdi_text_skip(t, at);
-        size_t size = parts < 3 ? pdi_text_name(t + at, parts == 1) : 0, next = at + size;
-        if (size == 0 || (t[next] != '.' && t[pdi_text_skip(t, next)] != '='))
-            return pdi_text_expected(ctx, text, 0, t, size == 0 ? at : next,
-                                     "key=value, section.key=value or section.label.key=value");
-        part[parts] = t + at;
-        more = t[next] == '.';
-        value = more ? 0 : pdi_text_skip(t, pdi_text_skip(t, next) + 1);
-        t[next] = '\0';
-        at = next + 1;
-    }
-    for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
-    t[end] = '\0';
-    const char *key = part[parts - 1];
-    if (end == value) return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
-    if (pdi_text_name(key, 0) != strlen(key))
-        return pdi_text_error(ctx, text, 0, "found '%.40s', expected a key", key);
-    if (parts == 1) PDI_TRY(pdi_text_bare_key(ctx, text, key, &section));
-    else if (parts == 2) PDI_TRY(pdi_text_named_section(ctx, text, part[0], key, &section));
-    else PDI_TRY(pdi_text_labelled_section(ctx, text, part[0], part[1], &section));
-    pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    if (!e) return pdi_text_add(ctx, text, section, key, t + value, 0, (int)value + 1);
-    e->value = t + value;
-    e->line = 0;
-    e->column = (int)value + 1;
-    return PD_OK;
-}
 
 /* ---- look-up ---- */
 
@@ -50539,15 +50931,15 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
         v->value = e->value;
         v->line = e->line;
         v->column = e->column;
-        pdi_text_where(text, e->line, v->where);
+        pdi_text_where(e->file, e->line, v->where);
     } else if (fallback) {
         v->value = fallback;
         v->line = v->column = 1;
         snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
     } else {
         int line = text->section[section].line > 0 ? text->section[section].line : 1;
-        return pdi_text_error(ctx, text, line, "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key,
-                              what);
+        return pdi_text_error(ctx, text->section[section].file, line,
+                              "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key, what);
     }
     return PD_OK;
 }
@@ -50723,7 +51115,8 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
-        while ((size = pdi_text_name(v.value + at + n, 1)) > 0 || v.value[at + n] == '.') n += size > 0 ? size : 1;
+        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 || v.value[at + n] == '.')
+            n += size > 0 ? size : 1;
         if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
         if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
         if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
@@ -50805,16 +51198,17 @@ PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, 
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
     if (text->failed) return pdi_text_lost(ctx, text);
     const pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    int line = section >= 0 && section < text->section_count ? text->section[section].line : 0;
+    int known = section >= 0 && section < text->section_count, line = known ? text->section[section].line : 0;
+    const char *file = known ? text->section[section].file : text->name;
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(text, e ? e->line : line > 0 ? line : 1, where);
+    pdi_text_where(e ? e->file : file, e ? e->line : line > 0 ? line : 1, where);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
 }
 
-static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, int line)
+static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, const char *file, int line)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "";
     const pd_section *s = &text->section[section];
@@ -50826,7 +51220,7 @@ static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int 
         pdi_text_list_add(list, ", ", text->section[k].name);
     }
     pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, text, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
+    return pdi_text_error(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
 static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
@@ -50838,13 +51232,14 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
     for (int k = 0; k < text->asked_count; k++) {
         if (text->asked[k].group != text->section[e->section].group) continue;
         if (strcmp(text->asked[k].key, e->key) == 0)
-            return pdi_text_error(ctx, text, e->line, "found '%.40s' in %s, where it has no effect; expected it to be"
-                                  " left out", e->key, title);
+            return pdi_text_error(ctx, e->file, e->line,
+                                  "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
+                                  title);
         pdi_units_offer(&near_word, text->asked[k].key);
         pdi_text_list_add(list, ", ", text->asked[k].key);
     }
     pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, text, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
+    return pdi_text_error(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
                           list[0] ? "one of " : "no key there", list, hint);
 }
 
@@ -50855,17 +51250,269 @@ PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text)
         const pd_text_entry *e = &text->entry[k];
         int known = e->section == 0 || text->section[text->section[e->section].group].asked;
         if (!e->used && known) return pdi_text_unknown_key(ctx, text, e);
-        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->line);
+        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->file, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
         if (text->section[k].present && !text->section[text->section[k].group].asked)
-            return pdi_text_unknown_section(ctx, text, k, text->section[k].line);
+            return pdi_text_unknown_section(ctx, text, k, text->section[k].file, text->section[k].line);
     return PD_OK;
 }
 
 #undef PDI_TEXT_ROOM
 #undef PDI_TEXT_WHERE
-#undef PDI_TEXT_LIST
+
+/* ======== >>scene/override.c ======== */
+/* override: see override.h */
+#include <stdio.h>
+#include <string.h>
+
+/* The section of a bare key: the only one that holds it, or section 0 of a flat file. */
+static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
+{
+    int count = 0;
+    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
+    pdi_units_near near_word;
+    pdi_units_near_init(&near_word, key, strlen(key));
+    *section = 0;
+    for (int k = 0; k < text->entry_count; k++) {
+        const pd_text_entry *e = &text->entry[k];
+        const pd_section *s = &text->section[e->section];
+        pdi_units_offer(&near_word, e->key);
+        if (strcmp(e->key, key) != 0) continue;
+        char path[3 * 64];
+        snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
+                 s->name[0] ? "." : "", key);
+        pdi_text_list_add(list, ", ", path);
+        *section = e->section;
+        count++;
+    }
+    pdi_units_hint(&near_word, hint);
+    if (count > 1)
+        return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
+    if (count == 0 && !text->flat)
+        return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', which no section of %.80s has, expected"
+                              " section.key%s", key, text->name, hint);
+    return PD_OK;
+}
+
+/* The section of `name.key`: the one without label, else the only labelled one, else a new one. */
+static pd_status pdi_override_named(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
+{
+    int count = 0, found = -1;
+    char list[PDI_TEXT_LIST] = "";
+    for (int k = 0; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present || strcmp(s->name, name) != 0) continue;
+        char path[3 * 64];
+        snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
+        pdi_text_list_add(list, ", ", path);
+        count++;
+        if (found < 0 || s->label[0] == '\0') found = k;
+    }
+    if (count > 1 && text->section[found].label[0])
+        return pdi_text_error(ctx, text->name, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
+    *section = found;
+    return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
+}
+
+static pd_status pdi_override_labelled(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
+                                           int *section)
+{
+    char list[PDI_TEXT_LIST] = "";
+    for (int k = 0; k < text->section_count; k++) {
+        const pd_section *s = &text->section[k];
+        if (!s->present || strcmp(s->name, name) != 0) continue;
+        *section = k;
+        if (strcmp(s->label, label) == 0) return PD_OK;
+        pdi_text_list_add(list, ", ", s->label[0] ? s->label : "no label");
+    }
+    return pdi_text_error(ctx, text->name, 0,
+                          "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name, label,
+                          text->name, list[0] ? list : "none");
+}
+
+PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argument)
+{
+    char *part[3], *t;
+    size_t at = 0, value = 0, end;
+    int parts = 0, section = 0;
+    PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
+    PDI_TRY(pdi_text_keep(ctx, text, argument, strlen(argument), &t));
+    for (int more = 1; more; parts++) {
+        at = pdi_text_skip(t, at);
+        pdi_text_word kind = parts == 1 ? pdi_text_label(part[0]) : PDI_TEXT_KEY;
+        size_t size = parts < 3 ? pdi_text_name(t + at, kind) : 0, next = at + size;
+        if (size == 0 || (t[next] != '.' && t[pdi_text_skip(t, next)] != '='))
+            return pdi_text_expected(ctx, text, 0, t, size == 0 ? at : next,
+                                     "key=value, section.key=value or section.label.key=value");
+        part[parts] = t + at;
+        more = t[next] == '.';
+        value = more ? 0 : pdi_text_skip(t, pdi_text_skip(t, next) + 1);
+        t[next] = '\0';
+        at = next + 1;
+    }
+    for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
+    t[end] = '\0';
+    const char *key = part[parts - 1];
+    if (end == value) return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value", key);
+    if (pdi_text_name(key, PDI_TEXT_KEY) != strlen(key))
+        return pdi_text_error(ctx, text->name, 0, "found '%.40s', expected a key", key);
+    if (parts == 1) PDI_TRY(pdi_override_bare(ctx, text, key, &section));
+    else if (parts == 2) PDI_TRY(pdi_override_named(ctx, text, part[0], key, &section));
+    else PDI_TRY(pdi_override_labelled(ctx, text, part[0], part[1], &section));
+    pd_text_entry *e = pdi_text_entry_at(text, section, key);
+    if (!e) return pdi_text_add(ctx, text, section, key, t + value, 0, (int)value + 1);
+    e->value = t + value;
+    e->line = 0;
+    e->column = (int)value + 1;
+    return PD_OK;
+}
+
+/* ======== >>scene/include.c ======== */
+/* include: see include.h */
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_INCLUDE_DEPTH 8 /* files that include one another */
+#define PDI_INCLUDE_FILES 32 /* of a scene */
+
+/* The files that were read so far. */
+typedef struct pdi_include_files {
+    char path[PDI_INCLUDE_FILES][PD_PATH_SIZE];
+    int depth[PDI_INCLUDE_FILES]; /* 0: done */
+    int count;
+} pdi_include_files;
+
+static const pd_text_entry *pdi_include_key(const pd_text *text)
+{
+    for (int k = 0; k < text->entry_count; k++)
+        if (strcmp(text->section[text->entry[k].section].name, "chemistry") == 0 &&
+            strcmp(text->entry[k].key, "include") == 0)
+            return &text->entry[k];
+    return NULL;
+}
+
+/* A pair of the file `from` into text. */
+static pd_status pdi_include_pair(pd_ctx *ctx, pd_text *text, int section, const pd_text_entry *e, char *file,
+                                  int depth)
+{
+    char *key, *value;
+    pd_text_entry *old = pdi_text_entry_at(text, section, e->key);
+    const pd_section *s = &text->section[section];
+    if (old && old->depth == depth)
+        return pdi_text_error(ctx, file, e->line, "found '%.40s' of [%.40s %.40s], which %.200s:%d has, too: expected "
+                              "it in one of them, or in the file that includes both", e->key, s->name, s->label,
+                              old->file, old->line);
+    if (old && old->depth < depth) return PD_OK;
+    PDI_TRY(pdi_text_keep(ctx, text, e->value, strlen(e->value), &value));
+    if (!old) {
+        PDI_TRY(pdi_text_keep(ctx, text, e->key, strlen(e->key), &key));
+        PDI_TRY(pdi_text_add(ctx, text, section, key, value, e->line, e->column));
+        old = &text->entry[text->entry_count - 1];
+    }
+    old->value = value;
+    old->line = e->line;
+    old->column = e->column;
+    old->file = file;
+    old->depth = depth;
+    return PD_OK;
+}
+
+/* What the file `from` says into text. */
+static pd_status pdi_include_join(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth)
+{
+    static const char *const allowed[] = {"chemistry", "species", "reaction"};
+    char *file;
+    PDI_TRY(pdi_text_keep(ctx, text, from->name, strlen(from->name), &file));
+    for (int k = 0; k < from->section_count; k++) {
+        const pd_section *s = &from->section[k];
+        int fits = 0, section;
+        if (!s->present) continue;
+        for (size_t a = 0; a < sizeof allowed / sizeof allowed[0]; a++) fits |= strcmp(s->name, allowed[a]) == 0;
+        if (!fits)
+            return pdi_text_error(ctx, from->name, s->line > 0 ? s->line : 1, "found %s%.40s%s in a file that is "
+                                  "included, expected [chemistry], [species ...] and [reaction ...] alone",
+                                  k ? "[" : "pairs before a section", s->name, k ? "]" : "");
+        PDI_TRY(pdi_text_section_at(ctx, text, s->name, s->label, &section));
+        if (!text->section[section].present) {
+            text->section[section].line = s->line;
+            text->section[section].file = file;
+            text->section[section].present = 1;
+        }
+        for (int e = 0; e < from->entry_count; e++)
+            if (from->entry[e].section == k && strcmp(from->entry[e].key, "include") != 0)
+                PDI_TRY(pdi_include_pair(ctx, text, section, &from->entry[e], file, depth));
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_include_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth, pdi_include_files *files);
+
+/* One file of the list of `from`; *number is its place, -1: it was read before. */
+static pd_status pdi_include_file(pd_ctx *ctx, pd_text *text, const pd_text *from, const pd_text_entry *e,
+                                  const char *name, size_t size, int depth, pdi_include_files *files)
+{
+    char message[PD_MESSAGE_SIZE], *path;
+    pd_text own;
+    size_t above = strlen(from->name);
+    while (above > 0 && from->name[above - 1] != '/' && from->name[above - 1] != '\\') above--;
+    if (files->count == PDI_INCLUDE_FILES || depth > PDI_INCLUDE_DEPTH || above + size >= PD_PATH_SIZE)
+        return pdi_text_error(ctx, e->file, e->line, "include: found '%.*s', expected at most %d files, %d of which "
+                              "include one another, and a shorter path", (int)(size < 80 ? size : 80), name,
+                              PDI_INCLUDE_FILES, PDI_INCLUDE_DEPTH);
+    path = files->path[files->count];
+    memcpy(path, name, size);
+    path[size] = '\0';
+    if (pdi_file_is_absolute(path)) above = 0;
+    memcpy(path, from->name, above);
+    memcpy(path + above, name, size);
+    path[above + size] = '\0';
+    int number = 0;
+    while (strcmp(files->path[number], path) != 0) number++;
+    if (number < files->count && files->depth[number])
+        return pdi_text_error(ctx, e->file, e->line, "include: found '%.200s', which includes this file", path);
+    if (number < files->count) return PD_OK;
+    files->depth[files->count++] = depth;
+    pd_status status = pdi_text_read(ctx, path, &own);
+    if (status == PD_ERR_FILE) {
+        memcpy(message, ctx->message, sizeof message);
+        return pdi_text_error(ctx, e->file, e->line, "include: %.500s", message);
+    }
+    if (status < 0) return status;
+    status = pdi_include_join(ctx, text, &own, depth);
+    if (status == PD_OK) status = pdi_include_list(ctx, text, &own, depth + 1, files);
+    pdi_text_free(ctx, &own);
+    files->depth[number] = 0;
+    return status;
+}
+
+static pd_status pdi_include_list(pd_ctx *ctx, pd_text *text, const pd_text *from, int depth, pdi_include_files *files)
+{
+    const pd_text_entry *found = pdi_include_key(from), *e = found;
+    pd_text_entry kept;
+    if (!found) return PD_OK;
+    if (from == text) { /* its table moves as it grows */
+        kept = *found;
+        e = &kept;
+    }
+    for (const char *at = e->value; *at; at += strspn(at, ", \t")) {
+        size_t size = strcspn(at, ","), end = size;
+        while (end > 0 && pdi_units_blank(at[end - 1])) end--;
+        if (end) PDI_TRY(pdi_include_file(ctx, text, from, e, at, end, depth, files));
+        at += size;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_include_read(pd_ctx *ctx, pd_text *text)
+{
+    pdi_include_files *files = NULL;
+    if (!pdi_include_key(text)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "include", 1, files));
+    pd_status status = pdi_include_list(ctx, text, text, 1, files);
+    PDI_DELETE(ctx, 1, files);
+    return status;
+}
 
 /* ======== >>scene/named_files.c ======== */
 /* named_files: see named_files.h */
@@ -51340,7 +51987,7 @@ static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < table->count; k++) pdi_syntax_add(table->key[k].keys, &near_word, list, sizeof list);
     pdi_units_hint(&near_word, hint);
-    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
+    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", e->file, e->line);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
                     e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
 }
@@ -51420,6 +52067,360 @@ PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *n, cons
     n->symbol[n->count].unit = unit;
     n->symbol[n->count++].value = value;
     text->const_count = n->count;
+}
+
+/* ======== >>scene/read_electrolyte.c ======== */
+/* read_electrolyte: see read_electrolyte.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
+#define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
+#define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
+#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
+
+/* What the readers share. */
+typedef struct pdi_read_electrolyte {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_electrolyte *e;
+    int chemistry;                    /* section */
+    int section[PD_SPECIES_MOST];     /* of each species */
+} pdi_read_electrolyte;
+
+/* A failed call of src/chemistry with the place of the key before its message. */
+static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int section, const char *key)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = s->ctx->status;
+    if (pdi_is_final(status)) return status;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "%.500s", message);
+}
+
+/* ---- [species FORMULA] ---- */
+
+/* A concentration of at least 0. */
+static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int section, const char *key,
+                                             const char *fallback, double *value)
+{
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
+    if (*value >= 0.0 && *value < HUGE_VAL) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
+}
+
+static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
+{
+    pd_electrolyte *e = s->e;
+    pd_species_desc desc;
+    const char *label = s->text->section[section].label;
+    int k = e->count;
+    memset(&desc, 0, sizeof desc);
+    desc.name = label;
+    if (!label[0])
+        return pdi_text_refuse(s->ctx, s->text, section, "species", "found no name, expected [species Mg2+] or another "
+                               "formula");
+    if (k == PD_SPECIES_MOST)
+        return pdi_text_refuse(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
+                               PD_SPECIES_MOST);
+    if (pdi_text_has(s->ctx, s->text, section, "formula"))
+        PDI_TRY(pdi_text_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
+    desc.has_charge = pdi_text_has(s->ctx, s->text, section, "charge");
+    if (desc.has_charge)
+        PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
+    if (pdi_text_has(s->ctx, s->text, section, "D"))
+        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, &desc.diffusivity));
+    if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
+    PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
+    e->inlet[k] = e->initial[k];
+    if (pdi_text_has(s->ctx, s->text, section, "inlet")) {
+        if (e->species[k].phase == PD_PHASE_SOLID)
+            return pdi_text_refuse(s->ctx, s->text, section, "inlet", "found it of the solid %s, which does not flow",
+                                   label);
+        PDI_TRY(pdi_read_electrolyte_amount(s, section, "inlet", NULL, &e->inlet[k]));
+    }
+    if (e->species[k].phase == PD_PHASE_SOLID) e->inlet[k] = 0.0;
+    s->section[k] = section;
+    e->count++;
+    return PD_OK;
+}
+
+/* The species of the file, and the water that all of them are in. */
+static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
+{
+    pd_electrolyte *e = s->e;
+    pd_species_desc water;
+    for (int k = pdi_text_next(s->ctx, s->text, "species", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "species", k))
+        PDI_TRY(pdi_read_electrolyte_one(s, k));
+    if (!e->count)
+        return pdi_text_refuse(s->ctx, s->text, s->chemistry, "chemistry", "found no species, expected [species Na+] "
+                               "and others");
+    int solvent = pdi_electrolyte_find(e, "H2O");
+    if (solvent < 0 && e->count < PD_SPECIES_MOST) {
+        memset(&water, 0, sizeof water);
+        water.name = "H2O";
+        PDI_TRY(pd_species_read(s->ctx, &water, &e->species[e->count]));
+        s->section[e->count] = s->chemistry;
+        solvent = e->count++;
+    }
+    if (solvent < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->section[e->count - 1], "species", "found %d species beside water, "
+                               "expected at most %d", e->count, PD_SPECIES_MOST - 1);
+    if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER;
+    e->inlet[solvent] = e->initial[solvent];
+    return PD_OK;
+}
+
+/* ---- [reaction NAME] ---- */
+
+/* A constant with its unit, as a number and a product of mol, L and s. */
+static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int section, const char *key, double *value,
+                                               char *unit)
+{
+    static const char *const names[] = {"mol", "L", "s"};
+    pd_expr expr;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    pd_dims dims = expr.dims;
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(s->ctx, &expr);
+    double power[3] = {dims.e[4], dims.e[0] / 3.0, dims.e[2]};
+    if (dims.e[1] != 0.0 || dims.e[3] != 0.0 || dims.e[5] != 0.0) {
+        char found[PD_UNITS_TEXT];
+        pdi_units_describe(&dims, found);
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
+    }
+    *value *= pow(PDI_READ_ELECTROLYTE_LITRES, power[1]);
+    unit[0] = '\0';
+    for (int sign = 1; sign >= -1; sign -= 2)
+        for (int k = 0; k < 3; k++) {
+            double n = sign * power[k];
+            if (!(n > 0.0)) continue;
+            const char *before = sign < 0 ? unit[0] ? "/" : "1/" : unit[0] ? " " : "";
+            if (n > 1.0 || n < 1.0) pdi_append(unit, PD_UNITS_TEXT, "%s%s%.4g", before, names[k], n);
+            else pdi_append(unit, PD_UNITS_TEXT, "%s%s", before, names[k]);
+        }
+    return PD_OK;
+}
+
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+{
+    pd_electrolyte *e = s->e;
+    double *enthalpy = &e->enthalpy[e->reactions];
+    *enthalpy = NAN;
+    if (!pdi_text_has(s->ctx, s->text, section, "enthalpy")) return PD_OK;
+    if (isnan(desc->k))
+        return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+    if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
+    else desc->k *= exp(more);
+    return PD_OK;
+}
+
+static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
+{
+    static const char *const rates[] = {"forward", "backward"};
+    pd_electrolyte *e = s->e;
+    pd_reaction_desc desc;
+    char unit[3][PD_UNITS_TEXT];
+    double *rate[2] = {&desc.forward, &desc.backward};
+    memset(&desc, 0, sizeof desc);
+    memset(unit, 0, sizeof unit);
+    desc.name = s->text->section[section].label;
+    desc.k = NAN;
+    desc.k_unit = unit[0];
+    desc.forward_unit = unit[1];
+    desc.backward_unit = unit[2];
+    if (!desc.name[0])
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no name, expected [reaction water] or "
+                               "another word");
+    if (e->reactions == PD_REACTION_MOST)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
+                               PD_REACTION_MOST);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
+    const char *first = strchr(desc.text, '=');
+    if (first && strchr(first + 1, '='))
+        return pdi_text_refuse(s->ctx, s->text, section, "equation", "found a second = in '%.120s', expected one, and "
+                               "behind the equation K, log10_K, forward or backward", desc.text);
+    if (pdi_text_has(s->ctx, s->text, section, "log10_K")) {
+        if (pdi_text_has(s->ctx, s->text, section, "K"))
+            return pdi_text_refuse(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
+        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
+        desc.k_unit = "log10";
+    } else if (pdi_text_has(s->ctx, s->text, section, "K")) {
+        PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
+    }
+    PDI_TRY(pdi_read_electrolyte_heat(s, section, &desc));
+    for (int k = 0; k < 2; k++) {
+        if (!pdi_text_has(s->ctx, s->text, section, rates[k])) continue;
+        PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
+        if (!(*rate[k] > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, rates[k], "found %g, expected a positive value", *rate[k]);
+    }
+    if (pd_reaction_read(s->ctx, &desc, e->species, e->count, &e->reaction[e->reactions]) < 0)
+        return pdi_read_electrolyte_fail(s, section, "equation");
+    e->reactions++;
+    return PD_OK;
+}
+
+/* ---- [chemistry] ---- */
+
+/* The ion that a key names; -1: the key is absent. */
+static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte *s, const char *key, int *ion)
+{
+    const char *name;
+    *ion = -1;
+    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
+    *ion = pdi_electrolyte_find(s->e, name);
+    if (*ion < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which no section defines, expected "
+                               "an ion of a [species ...]", name);
+    if (s->e->species[*ion].phase == PD_PHASE_SOLUTE && s->e->species[*ion].charge) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which is no ion, expected one such as "
+                           "Cl-", name);
+}
+
+static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte *s, const char *key, double *ph)
+{
+    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
+    if (*ph >= -2.0 && *ph <= 16.0) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
+}
+
+static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
+{
+    static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
+    pd_electrolyte *e = s->e;
+    int activity, at = s->chemistry;
+    pdi_text_has(s->ctx, s->text, at, "include");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
+    e->activity = (pd_activity)activity;
+    PDI_TRY(pdi_text_number(s->ctx, s->text, at, "temperature", "K", "298.15 K", &e->temperature));
+    if (!(e->temperature >= 273.0 && e->temperature <= 373.2))
+        return pdi_text_refuse(s->ctx, s->text, at, "temperature", "found %g K, expected water from 273 to 373 K",
+                               e->temperature);
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter));
+    if (e->counter < 0) e->counter = e->balance;
+    if (e->counter >= 0 && (strcmp(e->species[e->counter].name, "H+") == 0 ||
+                            strcmp(e->species[e->counter].name, "OH-") == 0) &&
+        pdi_text_has(s->ctx, s->text, at, "pH"))
+        return pdi_text_refuse(s->ctx, s->text, at, "pH", "found beside balance or counter = %s, expected another ion, "
+                               "that of a salt", e->species[e->counter].name);
+    PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
+    e->inlet_ph = e->ph;
+    return pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph);
+}
+
+/* Both solutions are neutral and have the pH that is set. */
+static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
+{
+    pd_electrolyte *e = s->e;
+    pd_speciation system;
+    int enters = -1;
+    if (pdi_electrolyte_build(s->ctx, e, NULL, &system) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
+    for (int k = 0; k < e->count; k++)
+        if (enters < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], "inlet"))
+            enters = s->section[k];
+    memcpy(e->recipe, e->initial, sizeof e->recipe);
+    if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
+    if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
+    if (pd_electrolyte_close(s->ctx, e, e->inlet_ph, e->inlet) < 0)
+        return enters < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, "inlet_pH")
+                          : pdi_read_electrolyte_fail(s, enters, "inlet");
+    return PD_OK;
+}
+
+PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
+{
+    static const char *const names[] = {"chemistry", "species", "reaction"};
+    int given = 0;
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) given |= pdi_text_next(ctx, text, names[k], -1) >= 0;
+    return given;
+}
+
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *e)
+{
+    pdi_read_electrolyte s;
+    memset(&s, 0, sizeof s);
+    memset(e, 0, sizeof *e);
+    s.ctx = ctx;
+    s.text = text;
+    s.e = e;
+    e->ph = e->inlet_ph = NAN;
+    s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
+    PDI_TRY(pdi_read_electrolyte_species(&s));
+    PDI_TRY(pdi_read_electrolyte_chemistry(&s));
+    for (int k = pdi_text_next(ctx, text, "reaction", -1); k >= 0; k = pdi_text_next(ctx, text, "reaction", k))
+        PDI_TRY(pdi_read_electrolyte_reaction(&s, k));
+    return pdi_read_electrolyte_close(&s);
+}
+
+PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count)
+{
+    static const char first[] = "chemistry.include";
+    for (int turn = 0; turn < 2; turn++) {
+        for (int k = 0; k < count; k++)
+            if ((strncmp(overrides[k], first, sizeof first - 1) == 0) == !turn)
+                PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
+        if (!turn) PDI_TRY(pdi_include_read(ctx, text));
+    }
+    return PD_OK;
+}
+
+/* ---- a file of its own ---- */
+
+static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                           pd_electrolyte *e)
+{
+    pdi_read_constants named;
+    text->scene = 1;
+    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    if (!pdi_read_electrolyte_given(ctx, text))
+        return pdi_text_refuse(ctx, text, 0, "chemistry", "found no species, expected sections such as [species Na+]");
+    memset(&named, 0, sizeof named);
+    PDI_TRY(pdi_read_constants_read(ctx, text, &named));
+    pd_status status = pdi_read_electrolyte_sections(ctx, text, e);
+    text->consts = NULL;
+    text->const_count = 0;
+    return status;
+}
+
+static pd_status pdi_read_electrolyte_take(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                           pd_electrolyte *e)
+{
+    pd_status status = pdi_read_electrolyte_text(ctx, text, overrides, count, e);
+    pdi_text_free(ctx, text);
+    if (status < 0) memset(e, 0, sizeof *e);
+    return status;
+}
+
+pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_electrolyte *e)
+{
+    pd_text text;
+    memset(e, 0, sizeof *e);
+    PDI_TRY(pdi_text_read(ctx, path, &text));
+    return pdi_read_electrolyte_take(ctx, &text, overrides, count, e);
+}
+
+pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
+                               pd_electrolyte *e)
+{
+    pd_text own;
+    memset(e, 0, sizeof *e);
+    PDI_TRY(pdi_text_build(ctx, path, text, strlen(text), &own));
+    return pdi_read_electrolyte_take(ctx, &own, overrides, count, e);
 }
 
 /* ======== >>scene/read_tables.c ======== */
@@ -53269,7 +54270,7 @@ PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *cons
     pdi_read_flat f;
     memset(&f, 0, sizeof f);
     PDI_TRY(pdi_read_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
     PDI_TRY(pdi_read_flat_numbers(ctx, text, &f));
     f.bonds = !pdi_text_has(ctx, text, 0, "k_corr") &&
               (pdi_text_has(ctx, text, 0, "D_grain") || pdi_text_has(ctx, text, 0, "D_gb"));
@@ -54634,6 +55635,21 @@ static void pdi_scene_lines(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
+/* Species of their own; no run carries them. */
+static pd_status pdi_scene_chemistry(pdi_reader *s)
+{
+    static const char *const names[] = {"chemistry", "species", "reaction"};
+    int first = -1;
+    for (size_t k = 0; k < sizeof names / sizeof names[0] && first < 0; k++)
+        first = pdi_text_next(s->ctx, s->text, names[k], -1);
+    if (first < 0) return PD_OK;
+    s->setup->has_chemistry = 1;
+    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->setup->electrolyte));
+    return pdi_text_refuse(s->ctx, s->text, first, "chemistry",
+                           "found species, which no run carries yet, expected these sections to be left out, or "
+                           "--speciate for their equilibrium");
+}
+
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -54655,6 +55671,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
+    PDI_TRY(pdi_scene_chemistry(&s));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_metal_constants(&s));
@@ -54685,7 +55702,7 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     if (text->section_count <= 1 && text->entry_count == 0)
         return pdi_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
     if (pdi_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
+    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
@@ -55845,7 +56862,7 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -56344,7 +57361,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -56393,7 +57410,7 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -56932,7 +57949,7 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #endif
 #endif /* cut */
 
-#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
+#if !defined(PDCORR_NO_SCENE) && !defined(PDCORR_NO_IO) && !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
 #ifdef PDI_COLD
 #pragma GCC push_options
@@ -61324,6 +62341,256 @@ void pd_sweep_free(pd_ctx *ctx, pd_sweep *s)
 #undef PDI_SWEEP_COLUMNS
 #undef PDI_SWEEP_WORD
 #undef PDI_SWEEP_LIMIT
+
+/* ======== >>run/speciate.c ======== */
+/* speciate: see speciate.h */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_SPECIATE_LINE 4096 /* [byte] of a line of text */
+#define PDI_SPECIATE_ROWS 100000 /* most rows of a table */
+#define PDI_SPECIATE_ELEMENTS 118
+#define PDI_SPECIATE_ICE 273.15 /* [K] of 0 C */
+
+/* What is printed where. */
+typedef struct pdi_speciate_work {
+    const pd_speciate_desc *desc;
+    pd_electrolyte e;
+    char name[PD_SETUP_NAME];
+} pdi_speciate_work;
+
+PD_PRINTF_LIKE(3, 4)
+static void pdi_speciate_say(const pdi_speciate_work *w, pd_print_kind kind, const char *format, ...)
+{
+    char line[PDI_SPECIATE_LINE];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(line, sizeof line, format, args);
+    va_end(args);
+    w->desc->print(w->desc->user, kind, line);
+}
+
+/* ---- the equilibrium ---- */
+
+static void pdi_speciate_species(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
+{
+    const pd_electrolyte *e = &w->e;
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s %14s", "species", "written [mM]", "there [mM]",
+                     "log10 activity");
+    for (int i = 0; i < e->count; i++) {
+        if (e->species[i].phase != PD_PHASE_SOLUTE) continue;
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.6g %14.6g %14.4f", e->species[i].name, e->recipe[i], c[i],
+                         s->result.log_activity[i]);
+    }
+}
+
+/* How many minerals are above their saturation. */
+static int pdi_speciate_minerals(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
+{
+    const pd_electrolyte *e = &w->e;
+    int solids = 0, above = 0;
+    for (int i = 0; i < e->count; i++) {
+        if (e->species[i].phase != PD_PHASE_SOLID) continue;
+        if (!solids++)
+            pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s %14s", "mineral", "written [mM]", "there [mM]",
+                             "log10 IAP/K");
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.6g %14.6g %14.4f", e->species[i].name, e->recipe[i], c[i],
+                         s->saturation[i]);
+        above += s->saturation[i] > 1e-9;
+    }
+    return above;
+}
+
+/* The largest difference of a total, over the total. */
+static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
+{
+    double worst = 0.0;
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s", "element", "in [mM]", "out [mM]");
+    for (int k = 1; k <= PDI_SPECIATE_ELEMENTS; k++) {
+        double in = pdi_electrolyte_total(&w->e, w->e.initial, k), out = pdi_electrolyte_total(&w->e, c, k);
+        char symbol[3];
+        if (!(in > 0.0) && !(out > 0.0)) continue;
+        pdi_species_symbol(k, symbol);
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
+        worst = fmax(worst, fabs(out - in) / in);
+    }
+    return worst;
+}
+
+/* What closing has put in, in a note for each ion. */
+static void pdi_speciate_closed(const pdi_speciate_work *w)
+{
+    const pd_electrolyte *e = &w->e;
+    for (int i = 0; i < e->count; i++) {
+        double more = e->initial[i] - e->recipe[i];
+        if (fabs(more) > 1e-9 * e->recipe[i])
+            pdi_speciate_say(w, PD_PRINT_NOTE, "%+.6g mM %s for the charge and the pH", more, e->species[i].name);
+    }
+}
+
+/* Constants that hold at one temperature alone, whichever that is. */
+static void pdi_speciate_heat(const pdi_speciate_work *w)
+{
+    char list[400] = "";
+    if (fabs(w->e.temperature - PDI_SPECIATE_ICE - 25.0) < 1e-9) return;
+    for (int r = 0; r < w->e.reactions; r++)
+        if (w->e.reaction[r].has_k && isnan(w->e.enthalpy[r]))
+            pdi_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->e.reaction[r].name);
+    if (list[0])
+        pdi_speciate_say(w, PD_PRINT_NOTE, "constants without an enthalpy, which do not follow the temperature: %s",
+                         list);
+}
+
+/* The pH of what enters, where it is another one than that of the start. */
+static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, double ph)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST];
+    memcpy(c, w->e.inlet, sizeof c);
+    PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+    if (fabs(s.ph - ph) > 1e-9) pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH of the inlet      %14.4f", s.ph);
+    return PD_OK;
+}
+
+static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST];
+    memcpy(c, w->e.initial, sizeof c);
+    PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
+                     w->e.temperature - PDI_SPECIATE_ICE, w->e.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
+                     w->e.precipitates ? "all minerals form that can" : "minerals that are not there do not form");
+    pdi_speciate_heat(w);
+    pdi_speciate_closed(w);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);
+    PDI_TRY(pdi_speciate_inlet(ctx, w, s.ph));
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "ionic strength [mM]  %14.6g", s.strength);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "charge [mM]          %14.3g", s.charge);
+    pdi_speciate_species(w, c, &s);
+    int above = pdi_speciate_minerals(w, c, &s);
+    double worst = pdi_speciate_elements(w, c);
+    pdi_speciate_say(w, PD_PRINT_RESULT, "result case=%s pH=%.6f strength=%.9g charge=%.3g err_elements=%.3g "
+                     "residual=%.3g iterations=%d supersaturated=%d", w->name, s.ph, s.strength, s.charge, worst,
+                     s.result.residual, s.result.iterations, above);
+    return PD_OK;
+}
+
+/* ---- a titration ---- */
+
+/* A reagent, from how much to how much of it [mol/m3], rows. */
+typedef struct pdi_speciate_titration {
+    double per[PD_SPECIES_MOST]; /* [-] species in one unit of the reagent */
+    double from, to;             /* [mol/m3] */
+    int rows;
+} pdi_speciate_titration;
+
+static pd_status pdi_speciate_wrong(pd_ctx *ctx, const char *text)
+{
+    return pdi_fail(ctx, PD_ERR_PARSE, "titrate", "found '%.80s', expected a reagent, a range with its unit and a "
+                    "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21", text, PDI_SPECIATE_ROWS);
+}
+
+/* "REAGENT FROM..TO UNIT ROWS" */
+static pd_status pdi_speciate_read(pd_ctx *ctx, const pd_electrolyte *e, const char *text, pdi_speciate_titration *t)
+{
+    char copy[512], *end, *dots, *from;
+    pd_dims dims, wanted;
+    double scale;
+    if (strlen(text) >= sizeof copy) return pdi_speciate_wrong(ctx, text);
+    strcpy(copy, text);
+    dots = strstr(copy, "..");
+    if (!dots) return pdi_speciate_wrong(ctx, text);
+    for (from = dots; from > copy && pdi_units_blank(from[-1]);) *--from = '\0';
+    *dots = '\0';
+    while (from > copy && !pdi_units_blank(from[-1])) from--;
+    t->from = strtod(from, &end);
+    if (end == from || *end || from == copy) return pdi_speciate_wrong(ctx, text);
+    from[-1] = '\0';
+    t->to = strtod(dots + 2, &end);
+    char *rows = strrchr(end, ' '), *unit = end;
+    if (end == dots + 2 || !rows) return pdi_speciate_wrong(ctx, text);
+    t->rows = (int)strtol(rows, &end, 10);
+    if (end == rows || *end || t->rows < 2 || t->rows > PDI_SPECIATE_ROWS) return pdi_speciate_wrong(ctx, text);
+    *rows = '\0';
+    unit += strspn(unit, " ");
+    pd_units_parse(ctx, "mol/m3", NULL, &wanted);
+    if (pd_units_parse(ctx, unit, &scale, &dims) < 0 || !pdi_units_same(&dims, &wanted))
+        return pdi_speciate_wrong(ctx, text);
+    t->from *= scale;
+    t->to *= scale;
+    if (!(fabs(t->from) < HUGE_VAL) || !(fabs(t->to) < HUGE_VAL)) return pdi_speciate_wrong(ctx, text);
+    return pd_electrolyte_reagent(ctx, e, copy, t->per);
+}
+
+static void pdi_speciate_heading(const pdi_speciate_work *w)
+{
+    char line[PDI_SPECIATE_LINE] = "added [mol/m3],pH [-],strength [mol/m3]";
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase != PD_PHASE_SOLVENT)
+            pdi_append(line, sizeof line, ",%s [mol/m3]", w->e.species[i].name);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase == PD_PHASE_SOLID) pdi_append(line, sizeof line, ",SI %s [-]", w->e.species[i].name);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
+}
+
+static void pdi_speciate_row(const pdi_speciate_work *w, double added, const double *c, const pd_electrolyte_state *s)
+{
+    char line[PDI_SPECIATE_LINE] = "";
+    pdi_append(line, sizeof line, "%.9g,%.9g,%.9g", added, s->ph, s->strength);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase != PD_PHASE_SOLVENT) pdi_append(line, sizeof line, ",%.9g", c[i]);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase == PD_PHASE_SOLID) pdi_append(line, sizeof line, ",%.9g", s->saturation[i]);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
+}
+
+static pd_status pdi_speciate_titrate(pd_ctx *ctx, const pdi_speciate_work *w, const pdi_speciate_titration *t)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST], first = NAN;
+    pdi_speciate_heading(w);
+    for (int k = 0; k < t->rows; k++) {
+        double added = t->from + (t->to - t->from) * k / (t->rows - 1);
+        for (int i = 0; i < w->e.count; i++) {
+            c[i] = w->e.initial[i] + added * t->per[i];
+            if (c[i] < 0.0 && w->e.species[i].phase != PD_PHASE_SOLVENT)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "titrate", "%g mol/m3 of the reagent take more %s than there is",
+                                added, w->e.species[i].name);
+        }
+        PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+        if (!k) first = s.ph;
+        pdi_speciate_row(w, added, c, &s);
+    }
+    pdi_speciate_say(w, PD_PRINT_RESULT, "result case=%s rows=%d pH_first=%.6f pH_last=%.6f", w->name, t->rows, first,
+                     s.ph);
+    return PD_OK;
+}
+
+static pd_status pdi_speciate_work_on(pd_ctx *ctx, pdi_speciate_work *w, int *bad_input)
+{
+    pdi_speciate_titration t;
+    memset(&t, 0, sizeof t);
+    *bad_input = 1;
+    PDI_TRY(pd_electrolyte_read(ctx, w->desc->path, w->desc->overrides, w->desc->count, &w->e));
+    if (w->desc->titrate) PDI_TRY(pdi_speciate_read(ctx, &w->e, w->desc->titrate, &t));
+    *bad_input = 0;
+    return w->desc->titrate ? pdi_speciate_titrate(ctx, w, &t) : pdi_speciate_once(ctx, w);
+}
+
+pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
+{
+    pdi_speciate_work *w = NULL;
+    PDI_TRY(PDI_NEW(ctx, "speciate", 1, w));
+    w->desc = desc;
+    pdi_setup_split_path(desc->path, w->name, NULL);
+    pd_status status = pdi_speciate_work_on(ctx, w, bad_input);
+    PDI_DELETE(ctx, 1, w);
+    return status;
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif

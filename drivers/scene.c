@@ -3,7 +3,7 @@
  *   pd2d SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME] [--resume]
  *        [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE] [--follow]
  *        [--live] [--progress TIME] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]]
- *        [--version] [--help]
+ *        [--speciate] [--titrate REAGENT] [--version] [--help]
  *
  * Exit status: 0 done, 1 the run failed or was interrupted, 2 wrong usage or bad input, 3 stopped, --resume goes on.
  */
@@ -46,6 +46,8 @@ typedef struct options {
     double memory;   /* [byte] limit; 0: none */
     const char *ranges[PD_LEAST_SQUARES_PARAMETERS], *data; /* of a fit; its points, NULL: those of the scene */
     int range_count;
+    int speciate;              /* the equilibrium alone */
+    const char *titrate;       /* the same with a reagent; NULL: none */
     int begins, asks;          /* --new, --keys */
     const char *begin, *ask;   /* what stands behind them, NULL: nothing */
     int version;
@@ -214,8 +216,8 @@ static void help(const char *program)
     printf("%s SCENE [key=value ...] [--estimate-error] [--accuracy SHARE] [--out DIR] [--checkpoint TIME]\n"
            "     [--resume] [--sweep KEY=VALUES] [--fit KEY=LOW..HIGH] [--to FILE] [--threads N] [--memory-limit SIZE]"
            " [--follow]\n"
-           "     [--live] [--progress TIME] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]] [--version]"
-           " [--help]\n\n"
+           "     [--live] [--progress TIME] [--quiet] [--check] [--new [NAME]] [--keys [SECTION]]\n"
+           "     [--speciate] [--titrate REAGENT] [--version] [--help]\n\n"
            "Runs a corrosion scene in %d dimension%s (pdcorr %s).\n\n"
            "  SCENE          scene file, or a flat file of key = value lines\n"
            "  key=value      replaces a value of the scene; also section.key=value, section.label.key=value\n"
@@ -250,6 +252,10 @@ static void help(const char *program)
            "  --quiet        print the result lines and errors only\n"
            "  --check        read the scene, build it and print the summary; say what the run, its estimate and its\n"
            "                 --resume would be refused for; run and write nothing\n"
+           "  --speciate     print the equilibrium of the species of SCENE, or of a file of species and reactions:\n"
+           "                 pH, species, saturation of minerals, elements; run and write nothing\n"
+           "  --titrate \"REAGENT FROM..TO UNIT ROWS\"\n"
+           "                 print a table (CSV) of the same as a reagent is added, such as 'Na+ + OH- 0..1 mM 21'\n"
            "  --new NAME     print a commented scene to begin with; without NAME: which there are\n"
            "  --keys SECTION\n"
            "                 print the keys of a section, with units and defaults; without SECTION: which there are\n"
@@ -432,7 +438,11 @@ static int parse(int argc, char **argv, options *o)
         else if (strcmp(a, "--resume") == 0) o->resume = 1;
         else if (strcmp(a, "--follow") == 0) o->follow = 1;
         else if (strcmp(a, "--live") == 0) o->live = 1;
-        else if (strcmp(a, "--accuracy") == 0) {
+        else if (strcmp(a, "--speciate") == 0) o->speciate = 1;
+        else if (strcmp(a, "--titrate") == 0) {
+            o->titrate = value_of(argc, argv, &k);
+            o->speciate = 1;
+        } else if (strcmp(a, "--accuracy") == 0) {
             if (!parse_share(value_of(argc, argv, &k), &o->accuracy))
                 return usage(o, "--accuracy expects a share from 0.0001% to 50%, such as 1% or 0.01", "");
             o->estimate = 1;
@@ -482,6 +492,8 @@ static int parse(int argc, char **argv, options *o)
     if (o->sweep_count && (o->check || o->resume || o->estimate || o->range_count || o->data))
         return usage(o, "--sweep goes without --check, --resume, --estimate-error, --accuracy, --fit and --to: a run of"
                         " it goes on by itself, with its values and --out", "");
+    if (o->speciate && (o->check || o->resume || o->estimate || o->range_count || o->data || o->sweep_count || o->out))
+        return usage(o, "--speciate and --titrate run nothing, expected a file and key=value alone", "");
     if ((o->begins || o->asks) && o->scene) return usage(o, "--new and --keys go without a scene, found ", o->scene);
     if (o->begins && o->asks) return usage(o, "--new and --keys together, expected one of them", "");
     return o->scene || o->help || o->version || o->begins || o->asks ? 0 : usage(o, "no scene file given", "");
@@ -629,6 +641,28 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     return pd_fit_setup(ctx, &desc, NULL, 0, setup) < 0 ? fail(o, s, ctx->message, 2) : 0;
 }
 
+/* Lines of a table; those of results go beside it. */
+static void print_row(void *user, pd_print_kind kind, const char *text)
+{
+    (void)user;
+    if (kind == PD_PRINT_SUMMARY) printf("%s\n", text);
+    else fprintf(stderr, "%s%s\n", kind == PD_PRINT_NOTE ? "note: " : "", text);
+}
+
+static int speciate(const options *o, pd_ctx *ctx, screen *s)
+{
+    pd_speciate_desc desc;
+    int bad_input = 0;
+    memset(&desc, 0, sizeof desc);
+    desc.path = o->scene;
+    desc.overrides = o->overrides;
+    desc.count = o->count;
+    desc.titrate = o->titrate;
+    desc.print = o->titrate ? print_row : print;
+    desc.user = s;
+    return pd_speciate(ctx, &desc, &bad_input) < 0 ? fail(o, s, ctx->message, bad_input ? 2 : 1) : 0;
+}
+
 static int sweep(const options *o, pd_ctx *ctx, screen *s)
 {
     pd_sweep_desc desc;
@@ -697,6 +731,7 @@ static int act(int argc, char **argv, options *o)
     ctx.threads = o->threads;
     ctx.poll = is_interrupted_within;
     ctx.alloc.limit = (size_t)o->memory;
+    if (o->speciate) return speciate(o, &ctx, &s);
     if (o->sweep_count) return sweep(o, &ctx, &s);
     catch_signals();
     status = read_scene(o, &ctx, &setup, &s);

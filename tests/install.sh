@@ -26,6 +26,7 @@ short=${version%.*}
     echo "lib/pkgconfig/pdcorr.pc lib/cmake/pdcorr/pdcorrConfig.cmake lib/cmake/pdcorr/pdcorrConfigVersion.cmake"
     echo "share/zsh/site-functions/_pd2d share/doc/pdcorr/LICENSE"
     files examples/scenes | sed 's#^#share/pdcorr/scenes/#'
+    files examples/electrolytes | sed 's#^#share/pdcorr/electrolytes/#'
 } | tr ' ' '\n' | sort > "$dir/wanted"
 files "$tree" > "$dir/found"
 diff "$dir/wanted" "$dir/found" > "$dir/log"

@@ -5,7 +5,7 @@
 
 "$programs/pd2d" --help | sed -n 's/^  \(--[a-z-]*\).*/\1/p' | sort -u > "$dir/wanted"
 check "--help has options" [ "$(wc -l < "$dir/wanted")" -ge 16 ]
-"$programs/pd2d" --help | head -n 3 | grep -o -e '--[a-z-]*' | sort -u > "$dir/usage"
+"$programs/pd2d" --help | head -n 4 | grep -o -e '--[a-z-]*' | sort -u > "$dir/usage"
 sed -n 's/^\.It Fl -\([a-z-]*\).*/--\1/p' docs/pd2d.1 | sort > "$dir/man"
 sed -n '/^\.Sh SYN/,/^\.Sh DES/p' docs/pd2d.1 | grep -o 'Fl -[a-z-]*' | sed 's/Fl -/--/' | sort -u > "$dir/synopsis"
 sed -n '/options="/,/"$/p' tools/install/pd2d.bash | grep -o -e '--[a-z-]*' | sort > "$dir/bash"
@@ -43,7 +43,7 @@ if command -v bash > /dev/null; then
     }
     completes "--threads" --thr
     completes "pit plate" --new p
-    completes "constants corrode cut" --keys c
+    completes "constants corrode cut chemistry" --keys c
     completes "examples/scenes/mg_wire.scene" examples/scenes/mg_wire.
 fi
 score

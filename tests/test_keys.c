@@ -4,6 +4,7 @@
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
 #include "scene/keys.h"
+#include "scene/read_electrolyte.h"
 #include "scene/scene.h"
 #include "scene/template.h"
 #include "io/png.h"
@@ -132,6 +133,27 @@ static const char *const texts[] = {
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] traction = 1 MPa, 0\n"
     "[solid] E = 200 GPa  nu = 0.3  stretch = 0.1  yield = 1 GPa\n"
     "hardening = 0\n"};
+static const char electrolyte[] =
+    "[chemistry] include = more.electrolyte  activity = ideal  temperature = 310 K  pH = 7  inlet_pH = 8\n"
+    "counter = Cl-  balance = Na+  minerals = all\n"
+    "[species H+] D = 1e-9 m2/s\n[species OH-]\n[species Na+] initial = 1 mM  inlet = 1 mol/m3\n"
+    "[species Cl-] initial = 1 mM\n[species glucose] formula = C6H12O6  charge = 0\n"
+    "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s\n"
+    "[reaction again] H+ + OH- = H2O  log10_K = 14  enthalpy = 0 J/mol  backward = 1 mol/L/s\n";
+
+/* The same of the sections of chemistry, which no scene carries yet. */
+static void take_electrolyte(void)
+{
+    pd_ctx ctx;
+    pd_electrolyte *e = (pd_electrolyte *)malloc(sizeof *e);
+    pd_ctx_init(&ctx);
+    put("more.electrolyte", "[chemistry]\n", 12);
+    put("a.electrolyte", electrolyte, sizeof electrolyte - 1);
+    if (CHECK(e != NULL) && CHECK_OK(&ctx, pd_electrolyte_read(&ctx, path_of("a.electrolyte"), NULL, 0, e)))
+        mark(&ctx, path_of("a.electrolyte"));
+    free(e);
+}
+
 /* 1: a key of 3D alone */
 static int elsewhere(const char *section, const char *key)
 {
@@ -201,6 +223,9 @@ TEST(parser)
         put("a.scene", texts[k], strlen(texts[k]));
         take(path_of("a.scene"));
     }
+#if PD_DIM == 2
+    take_electrolyte();
+#endif
     snprintf(dimension, sizeof dimension, "_%dd.scene", PD_DIM);
     for (size_t k = 0; k < sizeof folders / sizeof folders[0]; k++) {
         DIR *folder_of = opendir(folders[k]);

@@ -1,4 +1,5 @@
 /* text: the reading rule, typed values, overrides, messages with file and line, hostile files. */
+#include "scene/override.h"
 #include "scene/text.h"
 #include "fault.h"
 #include "test.h"
@@ -378,48 +379,48 @@ TEST(overrides)
     double value;
     CHECK_OK(&ctx, load(&ctx, sample, &text));
     int grid = at(&ctx, &text, "grid", NULL), run = at(&ctx, &text, "run", NULL);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "h=2 um"));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "h=2 um"));
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 2e-6, 0);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, " grid.h = 3um "));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, " grid.h = 3um "));
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 3e-6, 0);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "side.x-.mean=1 m/s"));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "side.x-.mean=1 m/s"));
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
     CHECK_NEAR(value, 20e-6, 0);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "run.first=1 s")); /* not in the file */
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "run.first=1 s")); /* not in the file */
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, run, "first", "s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "grid.h=x"));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "grid.h=x"));
     CHECK_INT(pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "command line: column 8: found 'x'", "expected a constant");
-    CHECK_INT(pdi_text_override(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'untli', which no section of pin.scene has",
                   "expected section.key: did you mean 'until'?");
-    CHECK_INT(pdi_text_override(&ctx, &text, "fields=C"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "fields=C"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'fields'", "expected one of output.fields, probe.a.fields");
-    CHECK_INT(pdi_text_override(&ctx, &text, "side.C=0"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "side.C=0"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found 'side.C'", "side.x-.C, side.x+.C, side.y-.C, side.y+.C");
-    CHECK_INT(pdi_text_override(&ctx, &text, "side.z-.C=0"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "side.z-.C=0"), PD_ERR_PARSE);
     check_message(&ctx, "found the section [side z-]", "its labels: x-, x+, y-, y+");
-    CHECK_INT(pdi_text_override(&ctx, &text, "h"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "h"), PD_ERR_PARSE);
     check_message(&ctx, "command line: column 2: found the end", "expected key=value");
-    CHECK_INT(pdi_text_override(&ctx, &text, "h="), PD_ERR_PARSE);
-    CHECK_INT(pdi_text_override(&ctx, &text, "=3"), PD_ERR_PARSE);
-    CHECK_INT(pdi_text_override(&ctx, &text, "a.b.c.d=3"), PD_ERR_PARSE);
-    CHECK_INT(pdi_text_override(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
-    CHECK_INT(pdi_text_override(&ctx, &text, ""), PD_ERR_PARSE);
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_unused */
+    CHECK_INT(pdi_override_apply(&ctx, &text, "h="), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "a.b.c.d=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
+    CHECK_INT(pdi_override_apply(&ctx, &text, ""), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_unused */
     for (int k = 0; k < text.entry_count - 1; k++) text.entry[k].used = 1;
     CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the section [gird]", "did you mean 'grid'?");
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "dx = 5e-6\n", &text));
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "dx=1e-6"));
-    CHECK_OK(&ctx, pdi_text_override(&ctx, &text, "dy=2e-6"));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "dx=1e-6"));
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "dy=2e-6"));
     CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
     CHECK_NEAR(value, 1e-6, 0);
     CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
@@ -562,7 +563,7 @@ TEST(binary_garbage)
         pd_text text;
         if (CHECK_OK(&ctx, load(&ctx, sample, &text))) {
             bytes[size < 256 ? size : 255] = '\0';
-            pd_status status = pdi_text_override(&ctx, &text, bytes);
+            pd_status status = pdi_override_apply(&ctx, &text, bytes);
             if (status != PD_OK) CHECK_INT(status, PD_ERR_PARSE);
         }
         pdi_text_free(&ctx, &text);
@@ -577,7 +578,7 @@ static pd_status read_words(pd_ctx *ctx, void *user)
     pd_word_list words;
     (void)user;
     pd_status status = pdi_text_build(ctx, "pin", sample, sizeof sample - 1, &text);
-    if (status == PD_OK) status = pdi_text_override(ctx, &text, "new.key=3");
+    if (status == PD_OK) status = pdi_override_apply(ctx, &text, "new.key=3");
     if (status == PD_OK) {
         int s = pdi_text_section(ctx, &text, "output", NULL), extra = pdi_text_section(ctx, &text, "none", NULL);
         status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_words(ctx, &text, s, "fields", NULL, &words);

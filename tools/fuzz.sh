@@ -10,6 +10,11 @@ for name in "$@"; do
     case $name in
     scene) cp examples/scenes/*_2d.scene examples/scenes/*_axi.scene examples/scenes/s0_params.cfg \
         examples/scenes/validation/*_2d.scene "$corpus" ;;
+    electrolyte) cp examples/electrolytes/*.electrolyte "$corpus"
+        for fluid in saline hbss sbf; do # without files beside them
+            (cd examples/electrolytes && cat water.* carbonate.* phosphate.* pairs.* minerals.* "$fluid.electrolyte") |
+                sed 's/include = [a-z.]*\(, [a-z.]*\)*//' > "$corpus/$fluid"
+        done ;;
     expression) # the values of all scenes, a file each
         n=0
         cat examples/scenes/*.scene | sed -n 's/.*= *\([^=]*\)$/\1/p' | sort -u | while read -r line; do

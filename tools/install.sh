@@ -39,8 +39,10 @@ files() {
     echo "link pd2d $DATADIR/bash-completion/completions/pd3d"
     echo "644 tools/install/_pd2d $DATADIR/zsh/site-functions/_pd2d"
     echo "644 LICENSE $DATADIR/doc/pdcorr/LICENSE"
-    for file in $(find examples/scenes -type f | sort); do
-        echo "644 $file $DATADIR/pdcorr/scenes/${file#examples/scenes/}"
+    for folder in scenes electrolytes; do
+        for file in $(find examples/$folder -type f | sort); do
+            echo "644 $file $DATADIR/pdcorr/$folder/${file#examples/$folder/}"
+        done
     done
 }
 
@@ -80,7 +82,8 @@ install)
     echo "installed pdcorr $version below $DESTDIR$PREFIX" ;;
 uninstall)
     files | while read -r kind source path; do rm -f "$DESTDIR$path"; done
-    for folder in pdcorr/scenes/validation pdcorr/scenes/templates pdcorr/scenes pdcorr doc/pdcorr; do
+    for folder in pdcorr/scenes/validation pdcorr/scenes/templates pdcorr/scenes pdcorr/electrolytes pdcorr \
+        doc/pdcorr; do
         rmdir "$DESTDIR$DATADIR/$folder" 2> /dev/null || true
     done
     rmdir "$DESTDIR$LIBDIR/cmake/pdcorr" 2> /dev/null || true

@@ -26,6 +26,7 @@
 #include "round.h"
 #include "waves.h"
 #include "fracture.h"
+#include "chemistry.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -94,6 +95,9 @@ static const val_case *const val_cases[] = {
 #endif
 #if PD_DIM == 2
     &branching_case,
+#endif
+#if PD_DIM == 1
+    &chemistry_case,
 #endif
 };
 

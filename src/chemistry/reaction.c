@@ -133,11 +133,12 @@ static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, c
                     "one of %s", r->name, at, known);
 }
 
-static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, pd_reaction *r)
+/* Both sides of a reaction, or with side 1 a sum alone. */
+static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, double side,
+                                    pd_reaction *r)
 {
     char term[PDI_REACTION_TERM];
     size_t size = 0;
-    double side = -1.0;
     for (const char *at = text;; at++) {
         int single = (at == text || pdi_reaction_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_blank(at[1]));
         if (*at && !(single && (*at == '+' || *at == '='))) {
@@ -247,9 +248,17 @@ static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, co
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
     if (count < 1 || count > PD_SPECIES_MOST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
-    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, r));
+    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, -1.0, r));
     PDI_TRY(pdi_reaction_balance(ctx, species, count, r));
     return pdi_reaction_constants(ctx, desc, species, count, r);
+}
+
+PDI_FN pd_status pdi_reaction_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species, int count,
+                                  pd_reaction *r)
+{
+    memset(r, 0, sizeof *r);
+    snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
+    return pdi_reaction_terms(ctx, text, species, count, 1.0, r);
 }
 
 pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,

@@ -6,7 +6,7 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
  *                          lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;

@@ -403,6 +403,54 @@ static const pd_key pdi_keys_of_measured[] = {
     {"start", "s", "0",
      "time of the file at which the run begins"}};
 
+static const pd_key pdi_keys_of_chemistry[] = {
+    {"include", "-", "none",
+     "files with more of these sections, relative to this one, for example `electrolytes/hbss.electrolyte`; what "
+     "stands here goes before what they say"},
+    {"activity", "-", "davies",
+     "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
+    {"temperature", "K", "298.15 K",
+     "273 to 373: Davies' equation and constants with an `enthalpy` follow it"},
+    {"pH", "-", "that of the equilibrium",
+     "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
+    {"inlet_pH", "-", "that of `pH`",
+     "the same of what enters"},
+    {"counter", "-", "that of `balance`",
+     "ion that comes or goes with the acid or base of `pH`"},
+    {"balance", "-", "none: charges have to sum to 0",
+     "ion that makes up for the sum of charges of what is written"},
+    {"minerals", "-", "given",
+     "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
+
+static const pd_key pdi_keys_of_species[] = {
+    {"D", "m2/s", "not known",
+     "diffusivity; a species that moves needs it"},
+    {"charge", "-", "that of the name",
+     "needed where the name is no formula with its charge"},
+    {"formula", "-", "the name",
+     "atoms, without charge, of a name that is no formula, for example `C6H12O6` of glucose"},
+    {"initial", "mol/m3", "0",
+     "concentration that is put in at the start, also in mM or mol/L; of a solid its amount over the volume of water"},
+    {"inlet", "mol/m3", "that of `initial`",
+     "the same of what enters"}};
+
+static const pd_key pdi_keys_of_reaction[] = {
+    {"equation", "text", "required",
+     "stands behind the header without its key: `Mg2+ + 2 OH- = Mg(OH)2(s)`, with blanks around + and =. Elements and "
+     "charge have to balance"},
+    {"K", "of the reaction", "required, or `log10_K`, or both rates",
+     "constant of the equilibrium of the equation as it is written, with its unit: products over reactants, water and "
+     "solids being 1"},
+    {"log10_K", "-", "required, or `K`, or both rates",
+     "its decimal logarithm with mol/L"},
+    {"enthalpy", "J/mol", "none: K holds as it is written",
+     "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
+     "van 't Hoff's equation (theory: eq. 5b.9)"},
+    {"forward", "of the reaction", "none: the reaction is in equilibrium",
+     "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
+    {"backward", "of the reaction", "`forward` over K",
+     "from right to left"}};
+
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {
     {"constants", "", "names for values of any dimension", PDI_KEYS_OF(pdi_keys_of_constants)},
@@ -419,6 +467,9 @@ static const pd_key_section pdi_keys_all[] = {
     {"solid", "", "the metal bears loads", PDI_KEYS_OF(pdi_keys_of_solid)},
     {"cut", "NAME", "a crack at the start", PDI_KEYS_OF(pdi_keys_of_cut)},
     {"table", "NAME", "a function of two columns of a file", PDI_KEYS_OF(pdi_keys_of_table)},
+    {"chemistry", "", "an electrolyte: activities, pH, files to include", PDI_KEYS_OF(pdi_keys_of_chemistry)},
+    {"species", "FORMULA", "an ion, a molecule or a solid: Mg2+, HCO3-, Mg(OH)2(s)", PDI_KEYS_OF(pdi_keys_of_species)},
+    {"reaction", "NAME", "a reaction as text, in equilibrium or with its speed", PDI_KEYS_OF(pdi_keys_of_reaction)},
     {"run", "", "end and steps", PDI_KEYS_OF(pdi_keys_of_run)},
     {"output", "", "files and pictures", PDI_KEYS_OF(pdi_keys_of_output)},
     {"probe", "NAME", "values at a place", PDI_KEYS_OF(pdi_keys_of_probe)},

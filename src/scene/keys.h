@@ -7,13 +7,14 @@
 
 typedef struct pd_key {
     const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
-    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's */
+    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's;
+                           * "text": the first key of a section, whose value stands without it */
     const char *fallback; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
     const char *meaning;
 } pd_key;
 
 typedef struct pd_key_section {
-    const char *name, *label; /* label: what stands behind the name: "NAME", "" for nothing */
+    const char *name, *label; /* label: what stands behind the name: "NAME", "FORMULA", "" for nothing */
     const char *meaning;
     const pd_key *key; /* [count] in the order of the guide */
     int count;

@@ -1,5 +1,6 @@
 /* read_flat: see read_flat.h */
 #include "scene/read_flat.h"
+#include "scene/override.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdio.h>
@@ -336,7 +337,7 @@ PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *cons
     pdi_read_flat f;
     memset(&f, 0, sizeof f);
     PDI_TRY(pdi_read_flat_number(ctx, text, "dx", "5e-6", 0.0, 1.0, 1, &f.dx_file));
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
     PDI_TRY(pdi_read_flat_numbers(ctx, text, &f));
     f.bonds = !pdi_text_has(ctx, text, 0, "k_corr") &&
               (pdi_text_has(ctx, text, 0, "D_grain") || pdi_text_has(ctx, text, 0, "D_gb"));

@@ -6,6 +6,7 @@
 #include "scene/fingerprint.h"
 #include "scene/read_shapes.h"
 #include "scene/read_metal.h"
+#include "scene/read_electrolyte.h"
 #include "scene/read_gas.h"
 #include "scene/read_solid.h"
 #include "scene/read_cuts.h"
@@ -567,6 +568,21 @@ static void pdi_scene_lines(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
+/* Species of their own; no run carries them. */
+static pd_status pdi_scene_chemistry(pdi_reader *s)
+{
+    static const char *const names[] = {"chemistry", "species", "reaction"};
+    int first = -1;
+    for (size_t k = 0; k < sizeof names / sizeof names[0] && first < 0; k++)
+        first = pdi_text_next(s->ctx, s->text, names[k], -1);
+    if (first < 0) return PD_OK;
+    s->setup->has_chemistry = 1;
+    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->setup->electrolyte));
+    return pdi_text_refuse(s->ctx, s->text, first, "chemistry",
+                           "found species, which no run carries yet, expected these sections to be left out, or "
+                           "--speciate for their equilibrium");
+}
+
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -588,6 +604,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
+    PDI_TRY(pdi_scene_chemistry(&s));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_metal_constants(&s));
@@ -618,7 +635,7 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
     if (text->section_count <= 1 && text->entry_count == 0)
         return pdi_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
     if (pdi_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_text_override(ctx, text, overrides[k]));
+    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
     pd_status status = pdi_scene_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;

@@ -10,6 +10,7 @@
 #include "metal/metal.h"
 #include "flow/gas.h"
 #include "couple/structure.h"
+#include "chemistry/electrolyte.h"
 #include "io/file.h"
 #include "scene/expr.h"
 #include "scene/text.h"
@@ -329,6 +330,9 @@ typedef struct pd_setup {
     pd_kernel kernel;
     pd_weights weights;
     pd_setup_body metal_body;
+    /* species and reactions */
+    int has_chemistry;
+    pd_electrolyte electrolyte;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */

@@ -44,7 +44,7 @@ static pd_status pdi_syntax_key(pd_ctx *ctx, const pd_text *text, const pd_text_
     pdi_units_near_init(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < table->count; k++) pdi_syntax_add(table->key[k].keys, &near_word, list, sizeof list);
     pdi_units_hint(&near_word, hint);
-    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", text->name, e->line);
+    if (e->line > 0) snprintf(where, sizeof where, "%.280s:%d", e->file, e->line);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "found the unknown key '%.40s' in [%.40s%s%.40s], expected one of %s%s",
                     e->key, s->name, s->label[0] ? " " : "", s->label, list, hint);
 }

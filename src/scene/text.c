@@ -6,7 +6,6 @@
 #include <string.h>
 
 #define PDI_TEXT_WHERE 320 /* [byte] of "file:line" */
-#define PDI_TEXT_LIST 240  /* [byte] of a list of names in a message */
 
 /* ---- strings and tables ---- */
 
@@ -20,8 +19,7 @@
         } \
     } while (0)
 
-/* A copy of bytes[size] with an end, owned by text. */
-static pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
+PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
 {
     PDI_TEXT_ROOM(ctx, text->block, text->block_count, text->block_room);
     pd_text_block *block = &text->block[text->block_count];
@@ -34,21 +32,20 @@ static pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, si
 }
 
 /* "file:12", or "command line" for line 0. */
-static void pdi_text_where(const pd_text *text, int line, char *where)
+static void pdi_text_where(const char *file, int line, char *where)
 {
-    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", text->name, line);
+    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", file, line);
     else snprintf(where, PDI_TEXT_WHERE, "command line");
 }
 
-PD_PRINTF_LIKE(4, 5)
-static pd_status pdi_text_error(pd_ctx *ctx, const pd_text *text, int line, const char *format, ...)
+PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...)
 {
     char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(text, line, where);
+    pdi_text_where(file, line, where);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
 }
 
@@ -60,7 +57,7 @@ static void pdi_text_title(const pd_text *text, int section, char *title)
     else snprintf(title, PD_UNITS_TEXT, "[%.40s%s%.40s]", s->name, s->label[0] ? " " : "", s->label);
 }
 
-static void pdi_text_list_add(char *list, const char *separator, const char *name)
+PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name)
 {
     size_t used = strlen(list);
     if (used + strlen(name) + strlen(separator) + 5 > PDI_TEXT_LIST) {
@@ -70,8 +67,7 @@ static void pdi_text_list_add(char *list, const char *separator, const char *nam
     snprintf(list + used, PDI_TEXT_LIST - used, "%s%s", used > 0 ? separator : "", name);
 }
 
-/* Index of the section; creates it when absent. */
-static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
+PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
@@ -88,34 +84,37 @@ static pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
     pd_section *s = &text->section[text->section_count];
     s->name = kept_name;
     s->label = kept_label;
+    s->file = text->name ? text->name : "";
     s->group = group;
     *index = text->section_count++;
     return PD_OK;
 }
 
-static pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
+PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
 {
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
     return NULL;
 }
 
-static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
+PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
                               int column)
 {
     const pd_text_entry *old = pdi_text_entry_at(text, section, key);
     char title[PD_UNITS_TEXT];
     pdi_text_title(text, section, title);
     if (old)
-        return pdi_text_error(ctx, text, line, "found '%.40s' a second time in %s, first on line %d; expected it once",
-                              key, title, old->line);
+        return pdi_text_error(ctx, text->name, line,
+                              "found '%.40s' a second time in %s, first on line %d; expected it once", key, title,
+                              old->line);
     if (text->entry_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
+        return pdi_text_error(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
     PDI_TEXT_ROOM(ctx, text->entry, text->entry_count, text->entry_room);
     pd_text_entry *e = &text->entry[text->entry_count++];
     e->key = key;
     e->value = value;
     e->section = section;
+    e->file = text->name;
     e->line = line;
     e->column = column;
     text->section[section].present = 1;
@@ -124,19 +123,25 @@ static pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const cha
 
 /* ---- reading the file ---- */
 
-static size_t pdi_text_skip(const char *t, size_t at)
+PDI_FN size_t pdi_text_skip(const char *t, size_t at)
 {
     while (pdi_units_blank(t[at])) at++;
     return at;
 }
 
-/* Length of the word of a name at t: an ASCII identifier, with signs too in a label. */
-static size_t pdi_text_name(const char *t, int label)
+PDI_FN pdi_text_word pdi_text_label(const char *section)
+{
+    const pd_key_section *table = pdi_keys_section(section);
+    return table && strcmp(table->label, "FORMULA") == 0 ? PDI_TEXT_FORMULA : PDI_TEXT_LABEL;
+}
+
+PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind)
 {
     size_t n = 0;
     while ((unsigned char)t[n] < 0x80 &&
            ((t[n] >= 'a' && t[n] <= 'z') || (t[n] >= 'A' && t[n] <= 'Z') || t[n] == '_' ||
-            (pdi_units_digit(t[n]) && (n > 0 || label)) || (label && (t[n] == '+' || t[n] == '-'))))
+            (pdi_units_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
+            (kind == PDI_TEXT_FORMULA && n > 0 && (t[n] == '(' || t[n] == ')' || t[n] == '^' || t[n] == ':'))))
         n++;
     return n;
 }
@@ -144,31 +149,34 @@ static size_t pdi_text_name(const char *t, int label)
 /* Length of the key at t when `identifier =` stands there, else 0; *value: where the value starts. */
 static size_t pdi_text_pair(const char *t, size_t *value)
 {
-    size_t n = pdi_text_name(t, 0), equal = pdi_text_skip(t, n);
+    size_t n = pdi_text_name(t, PDI_TEXT_KEY), equal = pdi_text_skip(t, n);
     if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
     *value = equal + 1;
     return n;
 }
 
-static pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
                                    const char *expected)
 {
     char found[PD_UNITS_TEXT];
     pdi_expr_quote(t + at, found);
-    return pdi_text_error(ctx, text, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
+    return pdi_text_error(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
 /* "[name label]" at t[*at]: the section it opens. */
 static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
-    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, 0), label, label_size, close;
+    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, PDI_TEXT_KEY);
+    size_t label, label_size, close;
+    char kept[PD_TEXT_WORD] = "";
     if (name_size == 0) return pdi_text_expected(ctx, text, line, t, name, "the name of a section");
     label = pdi_text_skip(t, name + name_size);
-    label_size = label > name + name_size ? pdi_text_name(t + label, 1) : 0;
+    if (name_size < sizeof kept) memcpy(kept, t + name, name_size);
+    label_size = label > name + name_size ? pdi_text_name(t + label, pdi_text_label(kept)) : 0;
     close = pdi_text_skip(t, label + label_size);
     if (t[close] != ']') return pdi_text_expected(ctx, text, line, t, close, "']' after [name or [name label");
     if (text->section_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
+        return pdi_text_error(ctx, text->name, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
     t[close] = t[label + label_size] = t[name + name_size] = '\0';
     PDI_TRY(pdi_text_section_at(ctx, text, t + name, label_size > 0 ? t + label : "", section));
     if (text->section[*section].line == 0) text->section[*section].line = line;
@@ -178,14 +186,34 @@ static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, 
     return PD_OK;
 }
 
+/* The key of the free text of a section; NULL: it has none. */
+static const char *pdi_text_free_key(const pd_text *text, int section)
+{
+    const pd_key_section *table = pdi_keys_section(text->section[section].name);
+    return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
+}
+
+/* Length of the key at t; in a section with a free text those of its table alone count. */
+static size_t pdi_text_begins(const pd_text *text, int section, const char *t, size_t *value)
+{
+    char key[PD_TEXT_WORD];
+    size_t size = pdi_text_pair(t, value);
+    if (size == 0 || size >= sizeof key || !pdi_text_free_key(text, section)) return size;
+    memcpy(key, t, size);
+    key[size] = '\0';
+    return pdi_keys_find(pdi_keys_section(text->section[section].name), key) ? size : 0;
+}
+
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
-static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, const char *t, int line, size_t at, size_t *end)
+static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, size_t at,
+                                    size_t *end)
 {
     size_t start = at, open = 0, unused;
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
-        if (depth == 0 && (pdi_units_blank(before) || before == ',') && pdi_text_pair(t + at, &unused) > 0) break;
+        int apart = depth == 0 && (pdi_units_blank(before) || before == ',');
+        if (apart && pdi_text_begins(text, section, t + at, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
         if (t[at] == '[' || t[at] == ']')
@@ -204,26 +232,27 @@ static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, in
     if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
     at = pdi_text_skip(t, at);
     while (t[at] != '\0') {
-        size_t key = at, size = pdi_text_pair(t + at, &value);
-        if (size == 0)
+        size_t key = at, size = pdi_text_begins(text, *section, t + at, &value);
+        const char *name = size ? t + key : pdi_text_free_key(text, *section);
+        if (!name)
             return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
-        value = pdi_text_skip(t, at + value);
-        PDI_TRY(pdi_text_value_end(ctx, text, t, line, value, &at));
+        value = size ? pdi_text_skip(t, at + value) : at;
+        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, value, &at));
         for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';
-            return pdi_text_error(ctx, text, line, "column %d: found nothing after '%.40s =', expected a value",
+            return pdi_text_error(ctx, text->name, line, "column %d: found nothing after '%.40s =', expected a value",
                                   (int)value + 1, t + key);
         }
         /* A value ends at a separator, so nothing of the next key is overwritten. */
-        t[end] = t[key + size] = '\0';
-        PDI_TRY(pdi_text_add(ctx, text, *section, t + key, t + value, line, (int)value + 1));
+        if (size) t[key + size] = '\0';
+        t[end] = '\0';
+        PDI_TRY(pdi_text_add(ctx, text, *section, name, t + value, line, (int)value + 1));
     }
     return PD_OK;
 }
 
-/* Only printable bytes, tabs and line ends: a binary file is recognised before anything is read from it. */
-static pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size)
+PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size)
 {
     int line = 1;
     for (size_t k = 0; k < size; k++) {
@@ -231,7 +260,7 @@ static pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
         int end = c == '\r' && (k + 1 == size || t[k + 1] == '\n');
         if (c == '\n') line++;
         else if ((c < 0x20 && c != '\t' && !end) || c == 0x7f)
-            return pdi_text_error(ctx, text, line, "found byte 0x%02x, expected text", (unsigned)c);
+            return pdi_text_error(ctx, text->name, line, "found byte 0x%02x, expected text", (unsigned)c);
     }
     return PD_OK;
 }
@@ -293,108 +322,6 @@ PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 }
 
 PDI_FN int pdi_text_flat(const pd_text *text) { return text->flat; }
-
-/* ---- command line ---- */
-
-/* The section of a bare key: the only one that holds it, or section 0 of a flat file. */
-static pd_status pdi_text_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
-{
-    int count = 0;
-    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
-    pdi_units_near near_word;
-    pdi_units_near_init(&near_word, key, strlen(key));
-    *section = 0;
-    for (int k = 0; k < text->entry_count; k++) {
-        const pd_text_entry *e = &text->entry[k];
-        const pd_section *s = &text->section[e->section];
-        pdi_units_offer(&near_word, e->key);
-        if (strcmp(e->key, key) != 0) continue;
-        char path[3 * 64];
-        snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
-                 s->name[0] ? "." : "", key);
-        pdi_text_list_add(list, ", ", path);
-        *section = e->section;
-        count++;
-    }
-    pdi_units_hint(&near_word, hint);
-    if (count > 1)
-        return pdi_text_error(ctx, text, 0, "found the key '%.40s', expected one of %s", key, list);
-    if (count == 0 && !text->flat)
-        return pdi_text_error(ctx, text, 0, "found the key '%.40s', which no section of %.80s has, expected"
-                              " section.key%s", key, text->name, hint);
-    return PD_OK;
-}
-
-/* The section of `name.key`: the one without label, else the only labelled one, else a new one. */
-static pd_status pdi_text_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
-{
-    int count = 0, found = -1;
-    char list[PDI_TEXT_LIST] = "";
-    for (int k = 0; k < text->section_count; k++) {
-        const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
-        char path[3 * 64];
-        snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
-        pdi_text_list_add(list, ", ", path);
-        count++;
-        if (found < 0 || s->label[0] == '\0') found = k;
-    }
-    if (count > 1 && text->section[found].label[0])
-        return pdi_text_error(ctx, text, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
-    *section = found;
-    return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
-}
-
-static pd_status pdi_text_labelled_section(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
-                                           int *section)
-{
-    char list[PDI_TEXT_LIST] = "";
-    for (int k = 0; k < text->section_count; k++) {
-        const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
-        *section = k;
-        if (strcmp(s->label, label) == 0) return PD_OK;
-        pdi_text_list_add(list, ", ", s->label[0] ? s->label : "no label");
-    }
-    return pdi_text_error(ctx, text, 0, "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name,
-                          label, text->name, list[0] ? list : "none");
-}
-
-PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument)
-{
-    char *part[3], *t;
-    size_t at = 0, value = 0, end;
-    int parts = 0, section = 0;
-    PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
-    PDI_TRY(pdi_text_keep(ctx, text, argument, strlen(argument), &t));
-    for (int more = 1; more; parts++) {
-        at = pdi_text_skip(t, at);
-        size_t size = parts < 3 ? pdi_text_name(t + at, parts == 1) : 0, next = at + size;
-        if (size == 0 || (t[next] != '.' && t[pdi_text_skip(t, next)] != '='))
-            return pdi_text_expected(ctx, text, 0, t, size == 0 ? at : next,
-                                     "key=value, section.key=value or section.label.key=value");
-        part[parts] = t + at;
-        more = t[next] == '.';
-        value = more ? 0 : pdi_text_skip(t, pdi_text_skip(t, next) + 1);
-        t[next] = '\0';
-        at = next + 1;
-    }
-    for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
-    t[end] = '\0';
-    const char *key = part[parts - 1];
-    if (end == value) return pdi_text_error(ctx, text, 0, "found nothing after '%.40s=', expected a value", key);
-    if (pdi_text_name(key, 0) != strlen(key))
-        return pdi_text_error(ctx, text, 0, "found '%.40s', expected a key", key);
-    if (parts == 1) PDI_TRY(pdi_text_bare_key(ctx, text, key, &section));
-    else if (parts == 2) PDI_TRY(pdi_text_named_section(ctx, text, part[0], key, &section));
-    else PDI_TRY(pdi_text_labelled_section(ctx, text, part[0], part[1], &section));
-    pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    if (!e) return pdi_text_add(ctx, text, section, key, t + value, 0, (int)value + 1);
-    e->value = t + value;
-    e->line = 0;
-    e->column = (int)value + 1;
-    return PD_OK;
-}
 
 /* ---- look-up ---- */
 
@@ -471,15 +398,15 @@ static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const ch
         v->value = e->value;
         v->line = e->line;
         v->column = e->column;
-        pdi_text_where(text, e->line, v->where);
+        pdi_text_where(e->file, e->line, v->where);
     } else if (fallback) {
         v->value = fallback;
         v->line = v->column = 1;
         snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
     } else {
         int line = text->section[section].line > 0 ? text->section[section].line : 1;
-        return pdi_text_error(ctx, text, line, "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key,
-                              what);
+        return pdi_text_error(ctx, text->section[section].file, line,
+                              "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key, what);
     }
     return PD_OK;
 }
@@ -655,7 +582,8 @@ PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const c
     for (size_t at = 0;; at++) {
         at = pdi_text_skip(v.value, at);
         size_t n = 0, size;
-        while ((size = pdi_text_name(v.value + at + n, 1)) > 0 || v.value[at + n] == '.') n += size > 0 ? size : 1;
+        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 || v.value[at + n] == '.')
+            n += size > 0 ? size : 1;
         if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
         if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
         if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
@@ -737,16 +665,17 @@ PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, 
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
     if (text->failed) return pdi_text_lost(ctx, text);
     const pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    int line = section >= 0 && section < text->section_count ? text->section[section].line : 0;
+    int known = section >= 0 && section < text->section_count, line = known ? text->section[section].line : 0;
+    const char *file = known ? text->section[section].file : text->name;
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(text, e ? e->line : line > 0 ? line : 1, where);
+    pdi_text_where(e ? e->file : file, e ? e->line : line > 0 ? line : 1, where);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
 }
 
-static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, int line)
+static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, const char *file, int line)
 {
     char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "";
     const pd_section *s = &text->section[section];
@@ -758,7 +687,7 @@ static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int 
         pdi_text_list_add(list, ", ", text->section[k].name);
     }
     pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, text, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
+    return pdi_text_error(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
 static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
@@ -770,13 +699,14 @@ static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd
     for (int k = 0; k < text->asked_count; k++) {
         if (text->asked[k].group != text->section[e->section].group) continue;
         if (strcmp(text->asked[k].key, e->key) == 0)
-            return pdi_text_error(ctx, text, e->line, "found '%.40s' in %s, where it has no effect; expected it to be"
-                                  " left out", e->key, title);
+            return pdi_text_error(ctx, e->file, e->line,
+                                  "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
+                                  title);
         pdi_units_offer(&near_word, text->asked[k].key);
         pdi_text_list_add(list, ", ", text->asked[k].key);
     }
     pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, text, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
+    return pdi_text_error(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
                           list[0] ? "one of " : "no key there", list, hint);
 }
 
@@ -787,14 +717,13 @@ PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text)
         const pd_text_entry *e = &text->entry[k];
         int known = e->section == 0 || text->section[text->section[e->section].group].asked;
         if (!e->used && known) return pdi_text_unknown_key(ctx, text, e);
-        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->line);
+        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->file, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
         if (text->section[k].present && !text->section[text->section[k].group].asked)
-            return pdi_text_unknown_section(ctx, text, k, text->section[k].line);
+            return pdi_text_unknown_section(ctx, text, k, text->section[k].file, text->section[k].line);
     return PD_OK;
 }
 
 #undef PDI_TEXT_ROOM
 #undef PDI_TEXT_WHERE
-#undef PDI_TEXT_LIST

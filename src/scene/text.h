@@ -6,7 +6,8 @@
  *
  * `[name]` or `[name label]` opens a section at the start of a line. A pair begins at every `identifier =` outside
  * parentheses (not ==, <=, >=) and ends before the next one or at the end of the line; commas and blanks around the
- * value do not count. A file without any section line is flat: its numbers are SI and need no unit.
+ * value do not count. In a section whose first key is a text (keys.h) that text stands without its key, and what is no
+ * key of the section belongs to it. A file without any section line is flat: its numbers are SI and need no unit.
  *
  * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pdi_text_unused).
  * Every message starts with file:line.
@@ -24,6 +25,7 @@
 
 typedef struct pd_section {
     const char *name, *label; /* "" when absent */
+    const char *file;         /* where it stands, for messages */
     int line;                 /* 0: not in the file */
     int group;                /* first section of the same name */
     int present;              /* stands in the file or has a pair */
@@ -33,7 +35,9 @@ typedef struct pd_section {
 typedef struct pd_text_entry {
     const char *key, *value;
     int section;
+    const char *file;
     int line, column; /* of the value; line 0: command line */
+    int depth;        /* files that include one another down to this one */
     int used;
 } pd_text_entry;
 
@@ -73,16 +77,17 @@ typedef struct pd_word_list {
 } pd_word_list;
 
 #ifdef PDI_INTERNAL
+#define PDI_TEXT_LIST 240 /* [byte] of a list of names in a message */
+
+/* What a word may be made of: of an identifier; in a label also of signs; in one of a formula of ( ) ^ : too. */
+typedef enum pdi_text_word { PDI_TEXT_KEY = 0, PDI_TEXT_LABEL, PDI_TEXT_FORMULA } pdi_text_word;
+
 /* Take a copy of bytes[size]; name stands in messages. PD_ERR_PARSE: not text, not the format, a key twice, too many
  * pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
 PDI_FN pd_status pdi_text_build(pd_ctx *ctx, const char *name, const char *bytes, size_t size, pd_text *text);
 /* The same from a file. PD_ERR_FILE: it cannot be read or is too large. */
 PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
-/* Apply a command-line argument `key=value`, `section.key=value` or `section.label.key=value`. A bare key must stand
- * in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one then fails in
- * pdi_text_unused. PD_ERR_PARSE. */
-PDI_FN pd_status pdi_text_override(pd_ctx *ctx, pd_text *text, const char *argument);
 PDI_FN int pdi_text_flat(const pd_text *text);
 
 /* Index of the section for the calls below; label NULL is "". A section that is absent has no keys. Section 0 has
@@ -132,6 +137,32 @@ PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, 
                                  ...) PD_PRINTF_LIKE(5, 6);
 /* PD_ERR_PARSE when no call has read a section or key; the message suggests the nearest name that was looked up. */
 PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
+
+/* For modules that change a text. */
+/* A copy of bytes[size] with an end, owned by text. */
+PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy);
+/* PD_ERR_PARSE with "file:12: " or, for line 0, "command line: " before the message. */
+PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...) PD_PRINTF_LIKE(4, 5);
+/* The same for what stands at t[at]. */
+PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+                                   const char *expected);
+/* Add a name to list[PDI_TEXT_LIST]. */
+PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name);
+/* Index of the section; creates it when absent. */
+PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index);
+/* NULL: there is none. */
+PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key);
+/* A pair, whose strings live as long as text. PD_ERR_PARSE: the section has the key. */
+PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
+                              int column);
+/* Where t[at..] has its next byte that is no blank. */
+PDI_FN size_t pdi_text_skip(const char *t, size_t at);
+/* Which words are labels of a section of this name. */
+PDI_FN pdi_text_word pdi_text_label(const char *section);
+/* Length of the word at t. */
+PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind);
+/* Only printable bytes, tabs and line ends: a binary file is recognised before anything is read from it. */
+PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 #endif
 
 #endif

@@ -1216,6 +1216,36 @@ def declare(dim):
         ('log_activity', c_double * 32),
     ]
 
+    class pd_electrolyte(Structure):
+        pass
+    pd_electrolyte._fields_ = [
+        ('species', pd_species * 32),
+        ('count', c_int),
+        ('reaction', pd_reaction * 24),
+        ('reactions', c_int),
+        ('enthalpy', c_double * 24),
+        ('recipe', c_double * 32),
+        ('initial', c_double * 32),
+        ('inlet', c_double * 32),
+        ('ph', c_double),
+        ('inlet_ph', c_double),
+        ('balance', c_int),
+        ('counter', c_int),
+        ('activity', c_int),
+        ('temperature', c_double),
+        ('precipitates', c_int),
+    ]
+
+    class pd_electrolyte_state(Structure):
+        pass
+    pd_electrolyte_state._fields_ = [
+        ('ph', c_double),
+        ('strength', c_double),
+        ('charge', c_double),
+        ('saturation', c_double * 32),
+        ('result', pd_speciation_result),
+    ]
+
     class pd_diffusion_desc(Structure):
         pass
     pd_diffusion_desc._fields_ = [
@@ -2502,6 +2532,7 @@ def declare(dim):
     pd_section._fields_ = [
         ('name', c_char_p),
         ('label', c_char_p),
+        ('file', c_char_p),
         ('line', c_int),
         ('group', c_int),
         ('present', c_int),
@@ -2514,8 +2545,10 @@ def declare(dim):
         ('key', c_char_p),
         ('value', c_char_p),
         ('section', c_int),
+        ('file', c_char_p),
         ('line', c_int),
         ('column', c_int),
+        ('depth', c_int),
         ('used', c_int),
     ]
 
@@ -2811,6 +2844,8 @@ def declare(dim):
         ('kernel', c_int),
         ('weights', c_int),
         ('metal_body', pd_setup_body),
+        ('has_chemistry', c_int),
+        ('electrolyte', pd_electrolyte),
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
         ('tables', c_int),
@@ -3289,6 +3324,17 @@ def declare(dim):
         ('stopped', c_int),
     ]
 
+    class pd_speciate_desc(Structure):
+        pass
+    pd_speciate_desc._fields_ = [
+        ('path', c_char_p),
+        ('overrides', POINTER(c_char_p)),
+        ('count', c_int),
+        ('titrate', c_char_p),
+        ('print', pd_print_fn),
+        ('user', c_void_p),
+    ]
+
     functions = {
         'pd_ctx_init': (None, [POINTER(pd_ctx)]),
         'pd_status_name': (c_char_p, [c_int]),
@@ -3348,6 +3394,9 @@ def declare(dim):
         'pd_reaction_speed': (c_double, [POINTER(pd_reaction), POINTER(pd_species), c_int, POINTER(c_double)]),
         'pd_speciation_build': (c_int, [POINTER(pd_ctx), POINTER(pd_species), c_int, POINTER(pd_reaction), c_int, c_int, c_double, POINTER(pd_speciation)]),
         'pd_speciation_solve': (c_int, [POINTER(pd_speciation), POINTER(c_double), POINTER(pd_speciation_result)]),
+        'pd_electrolyte_close': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), c_double, POINTER(c_double)]),
+        'pd_electrolyte_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), POINTER(c_double), POINTER(pd_electrolyte_state)]),
+        'pd_electrolyte_reagent': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), c_char_p, POINTER(c_double)]),
         'pd_transport_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport_desc), POINTER(pd_transport)]),
         'pd_transport_update': (c_int, [POINTER(pd_ctx), POINTER(pd_transport)]),
         'pd_transport_implicit': (c_int, [POINTER(pd_ctx), POINTER(pd_transport), c_double, POINTER(pd_transport_result)]),
@@ -3446,6 +3495,8 @@ def declare(dim):
         'pd_templates': (POINTER(pd_template), [POINTER(c_int)]),
         'pd_setup_free': (None, [POINTER(pd_ctx), POINTER(pd_setup)]),
         'pd_setup_function': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, pd_expr_fn, c_void_p, c_uint32]),
+        'pd_electrolyte_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
+        'pd_electrolyte_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
         'pd_scene_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),
         'pd_scene_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),
         'pd_footprint_estimate': (None, [POINTER(pd_setup), POINTER(pd_footprint)]),
@@ -3474,5 +3525,6 @@ def declare(dim):
         'pd_sweep_run': (c_int, [POINTER(pd_ctx), POINTER(pd_sweep), c_int, POINTER(pd_run_desc)]),
         'pd_sweep_write': (c_int, [POINTER(pd_ctx), POINTER(pd_sweep), POINTER(pd_sweep_count)]),
         'pd_sweep_free': (None, [POINTER(pd_ctx), POINTER(pd_sweep)]),
+        'pd_speciate': (c_int, [POINTER(pd_ctx), POINTER(pd_speciate_desc), POINTER(c_int)]),
     }
     return SimpleNamespace(**locals())

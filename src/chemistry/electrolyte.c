@@ -1,0 +1,218 @@
+/* electrolyte: see electrolyte.h */
+#include "chemistry/electrolyte.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Sum of charges over the ionic strength below which a recipe is neutral. */
+#define PDI_ELECTROLYTE_NEUTRAL 1e-6
+/* Difference of pH at which a set one is met. */
+#define PDI_ELECTROLYTE_PH 1e-12
+/* [mol/m3] of acid or base that is tried first and last to meet a pH. */
+#define PDI_ELECTROLYTE_FIRST 1e-9
+#define PDI_ELECTROLYTE_LAST 2e4
+/* Most steps of the search in between. */
+#define PDI_ELECTROLYTE_STEPS 200
+
+PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
+{
+    for (int i = 0; i < e->count; i++)
+        if (strcmp(e->species[i].name, name) == 0) return i;
+    return -1;
+}
+
+PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element)
+{
+    double sum = 0.0;
+    for (int i = 0; i < e->count; i++) sum += c[i] * pdi_species_atoms(&e->species[i], element);
+    return sum;
+}
+
+static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, double *strength)
+{
+    double sum = 0.0;
+    *strength = 0.0;
+    for (int i = 0; i < e->count; i++) {
+        sum += e->species[i].charge * c[i];
+        *strength += 0.5 * e->species[i].charge * e->species[i].charge * c[i];
+    }
+    return sum;
+}
+
+/* 1: the reaction is held in equilibrium: it has a constant, and its minerals may form or are there. */
+static int pdi_electrolyte_holds(const pd_electrolyte *e, const pd_reaction *r, const double *c)
+{
+    if (!r->has_k) return 0;
+    for (int i = 0; i < e->count && c && !e->precipitates; i++)
+        if (r->nu[i] != 0.0 && e->species[i].phase == PD_PHASE_SOLID && !(c[i] > 0.0)) return 0;
+    return 1;
+}
+
+PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system)
+{
+    pd_reaction held[PD_REACTION_MOST];
+    int count = 0;
+    for (int r = 0; r < e->reactions; r++) {
+        if (!pdi_electrolyte_holds(e, &e->reaction[r], c)) continue;
+        held[count] = e->reaction[r];
+        held[count++].kinetic = 0; /* its rates lead there, too */
+    }
+    return pd_speciation_build(ctx, e->species, e->count, held, count, e->activity, e->temperature, system);
+}
+
+/* Decimal logarithms of IAP/K of minerals, of the one solid of each reaction. */
+static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
+{
+    for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
+    for (int r = 0; r < e->reactions; r++) {
+        const double *nu = e->reaction[r].nu;
+        double sum = -e->reaction[r].ln_k / log(10.0);
+        int solid = -1, solids = 0;
+        for (int i = 0; i < e->count; i++) {
+            if (nu[i] == 0.0) continue;
+            if (e->species[i].phase == PD_PHASE_SOLID) {
+                solid = i;
+                solids++;
+            } else if (e->species[i].phase == PD_PHASE_SOLUTE) {
+                sum += nu[i] * s->result.log_activity[i];
+            } else if (e->species[i].phase != PD_PHASE_SOLVENT) {
+                solids = 2; /* gases and electrons have no activity here */
+            }
+        }
+        if (solids == 1 && e->reaction[r].has_k) s->saturation[solid] = -sum / nu[solid];
+    }
+}
+
+pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
+{
+    pd_speciation system;
+    int h = pdi_electrolyte_find(e, "H+");
+    memset(s, 0, sizeof *s);
+    PDI_TRY(pdi_electrolyte_build(ctx, e, c, &system));
+    pd_status status = pd_speciation_solve(&system, c, &s->result);
+    if (status == PD_ERR_ARGUMENT)
+        return pdi_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
+    if (status != PD_OK)
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "electrolyte", "no equilibrium was found: look for a reaction whose "
+                        "constant is off by powers of ten, or whose species all are absent");
+    s->strength = s->result.strength;
+    double strength;
+    s->charge = pdi_electrolyte_charge(e, c, &strength);
+    s->ph = h >= 0 && c[h] > 0.0 ? -s->result.log_activity[h] : NAN;
+    pdi_electrolyte_saturation(e, s);
+    return PD_OK;
+}
+
+/* The recipe with `acid` [mol/m3] of H+ and its counter ion, or as much base where it is negative. */
+static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid, double *c,
+                                    double *ph)
+{
+    pd_electrolyte_state s;
+    int ion = pdi_electrolyte_find(e, acid > 0.0 ? "H+" : "OH-");
+    double out[PD_SPECIES_MOST];
+    memcpy(c, from, (size_t)e->count * sizeof *c);
+    c[ion] += fabs(acid);
+    double left = c[e->counter] - acid / e->species[e->counter].charge;
+    c[e->counter] = fmax(left, 0.0); /* of rounding at the bound */
+    memcpy(out, c, (size_t)e->count * sizeof *c);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
+    *ph = s.ph;
+    return PD_OK;
+}
+
+/* Bracket the amount of acid or base between a[0] and a[1], pH f[0] and f[1] above the one that is wanted. */
+static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from, double *a,
+                                         double *f)
+{
+    const pd_species *counter = &e->species[e->counter];
+    double c[PD_SPECIES_MOST];
+    PDI_TRY(pdi_electrolyte_ph(ctx, e, from, 0.0, c, &f[0]));
+    f[0] -= ph;
+    a[0] = a[1] = 0.0;
+    if (isnan(f[0]))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
+                        "[reaction water] H2O = H+ + OH-");
+    f[1] = f[0];
+    for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_FIRST; f[1] * sign > 0.0; size *= 4.0) {
+        double most = from[e->counter] * counter->charge * sign; /* the ion is used up */
+        if (a[1] * sign >= PDI_ELECTROLYTE_LAST || (most > 0.0 && a[1] * sign >= most))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH %g cannot be reached with %s, of which there are "
+                            "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
+        a[0] = a[1];
+        f[0] = f[1];
+        a[1] = sign * (most > 0.0 ? fmin(size, most) : size);
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, a[1], c, &f[1]));
+        f[1] -= ph;
+    }
+    return PD_OK;
+}
+
+/* The amount of acid or base of a pH by the method of Illinois. */
+static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+{
+    double from[PD_SPECIES_MOST], a[2], f[2];
+    if (e->counter < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
+                        "that sets it, expected counter = Cl- or another ion");
+    if (pdi_electrolyte_find(e, "H+") < 0 || pdi_electrolyte_find(e, "OH-") < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
+                        "[species OH-], expected both");
+    memcpy(from, c, (size_t)e->count * sizeof *c);
+    PDI_TRY(pdi_electrolyte_bracket(ctx, e, ph, from, a, f));
+    for (int k = 0; k < PDI_ELECTROLYTE_STEPS && fabs(f[1]) > PDI_ELECTROLYTE_PH && a[0] != a[1]; k++) {
+        double middle = k % 3 == 2 ? 0.5 * (a[0] + a[1]) : a[1] - f[1] * (a[1] - a[0]) / (f[1] - f[0]), found;
+        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, middle, c, &found));
+        found -= ph;
+        if (found * f[1] < 0.0) {
+            a[0] = a[1];
+            f[0] = f[1];
+        } else {
+            f[0] *= 0.5;
+        }
+        if (!(fabs(middle - a[1]) > 0.0)) break;
+        a[1] = middle;
+        f[1] = found;
+    }
+    double found;
+    return pdi_electrolyte_ph(ctx, e, from, a[1], c, &found);
+}
+
+/* The ion of which there is most, as a proposal. */
+static const char *pdi_electrolyte_most(const pd_electrolyte *e, const double *c)
+{
+    int best = -1;
+    for (int i = 0; i < e->count; i++)
+        if (e->species[i].charge && e->species[i].phase == PD_PHASE_SOLUTE && (best < 0 || c[i] > c[best])) best = i;
+    return best < 0 ? "Cl-" : e->species[best].name;
+}
+
+pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+{
+    double strength, charge = pdi_electrolyte_charge(e, c, &strength);
+    if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL * strength)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
+                        "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
+                        "balance = %s", charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_most(e, c));
+    if (e->balance >= 0) {
+        double more = -charge / e->species[e->balance].charge;
+        if (c[e->balance] + more < 0.0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, which %s cannot "
+                            "make up for: there are %g mol/m3 of it; name another ion by 'balance'", charge,
+                            e->species[e->balance].name, c[e->balance]);
+        c[e->balance] += more;
+    }
+    return isnan(ph) ? PD_OK : pdi_electrolyte_set(ctx, e, ph, c);
+}
+
+pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per)
+{
+    pd_reaction r;
+    double strength;
+    PDI_TRY(pdi_reaction_sum(ctx, "the reagent", text, e->species, e->count, &r));
+    double charge = pdi_electrolyte_charge(e, r.nu, &strength);
+    if (charge != 0.0)
+        return pdi_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
+                        "one such as Na+ + OH-", text, charge);
+    memcpy(per, r.nu, (size_t)e->count * sizeof *per);
+    return PD_OK;
+}

@@ -1,0 +1,54 @@
+/* electrolyte: a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
+ * equilibrium. */
+#ifndef PD_ELECTROLYTE_H
+#define PD_ELECTROLYTE_H
+#include "chemistry/speciation.h"
+
+typedef struct pd_electrolyte {
+    pd_species species[PD_SPECIES_MOST];
+    int count; /* of the species */
+    pd_reaction reaction[PD_REACTION_MOST];
+    int reactions;
+    double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
+    double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
+    double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, closed; a solid per volume of water */
+    double inlet[PD_SPECIES_MOST];   /* [mol/m3] of what enters, closed */
+    double ph, inlet_ph; /* [-] set at the start, and of what enters; NaN: they follow from the amounts */
+    int balance;         /* index of the ion that makes up for the sum of charges; -1: none, the sum has to be 0 */
+    int counter;         /* index of the ion that comes with the acid or base that sets the pH; -1: none */
+    pd_activity activity;
+    double temperature;  /* [K] */
+    int precipitates;    /* 1: every mineral forms when it can; 0: those alone that are there */
+} pd_electrolyte;
+
+typedef struct pd_electrolyte_state {
+    double ph;       /* [-] NaN: there is no H+ */
+    double strength; /* [mol/m3] ionic strength */
+    double charge;   /* [mol/m3] sum of charges */
+    double saturation[PD_SPECIES_MOST]; /* [-] of solids log10(IAP/K), formed or not; NaN: unknown */
+    pd_speciation_result result;
+} pd_electrolyte_state;
+
+#define pd_electrolyte_close PD_NAME(pd_electrolyte_close)
+#define pd_electrolyte_solve PD_NAME(pd_electrolyte_solve)
+#define pd_electrolyte_reagent PD_NAME(pd_electrolyte_reagent)
+
+/* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`
+ * (NaN: whatever it is). PD_ERR_ARGUMENT: charges do not sum to 0 and there is no such ion, or it would become
+ * negative; a pH without a counter ion, or one that cannot be reached. c holds what is in, not the equilibrium. */
+PD_API pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
+/* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates. PD_ERR_ARGUMENT,
+ * PD_ERR_DIVERGED: there is none, c is unchanged. */
+PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);
+/* per[e.count], species in one unit of a neutral reagent "Na+ + OH-". PD_ERR_PARSE: an unknown species, a charge. */
+PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
+#ifdef PDI_INTERNAL
+/* Index of a species; -1: there is none. */
+PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
+/* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
+PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
+/* Sum of an element [mol/m3]. */
+PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
+#endif
+
+#endif

@@ -1,0 +1,250 @@
+/* speciate: see speciate.h */
+#include "run/speciate.h"
+#include "scene/setup.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_SPECIATE_LINE 4096 /* [byte] of a line of text */
+#define PDI_SPECIATE_ROWS 100000 /* most rows of a table */
+#define PDI_SPECIATE_ELEMENTS 118
+#define PDI_SPECIATE_ICE 273.15 /* [K] of 0 C */
+
+/* What is printed where. */
+typedef struct pdi_speciate_work {
+    const pd_speciate_desc *desc;
+    pd_electrolyte e;
+    char name[PD_SETUP_NAME];
+} pdi_speciate_work;
+
+PD_PRINTF_LIKE(3, 4)
+static void pdi_speciate_say(const pdi_speciate_work *w, pd_print_kind kind, const char *format, ...)
+{
+    char line[PDI_SPECIATE_LINE];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(line, sizeof line, format, args);
+    va_end(args);
+    w->desc->print(w->desc->user, kind, line);
+}
+
+/* ---- the equilibrium ---- */
+
+static void pdi_speciate_species(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
+{
+    const pd_electrolyte *e = &w->e;
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s %14s", "species", "written [mM]", "there [mM]",
+                     "log10 activity");
+    for (int i = 0; i < e->count; i++) {
+        if (e->species[i].phase != PD_PHASE_SOLUTE) continue;
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.6g %14.6g %14.4f", e->species[i].name, e->recipe[i], c[i],
+                         s->result.log_activity[i]);
+    }
+}
+
+/* How many minerals are above their saturation. */
+static int pdi_speciate_minerals(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
+{
+    const pd_electrolyte *e = &w->e;
+    int solids = 0, above = 0;
+    for (int i = 0; i < e->count; i++) {
+        if (e->species[i].phase != PD_PHASE_SOLID) continue;
+        if (!solids++)
+            pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s %14s", "mineral", "written [mM]", "there [mM]",
+                             "log10 IAP/K");
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.6g %14.6g %14.4f", e->species[i].name, e->recipe[i], c[i],
+                         s->saturation[i]);
+        above += s->saturation[i] > 1e-9;
+    }
+    return above;
+}
+
+/* The largest difference of a total, over the total. */
+static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
+{
+    double worst = 0.0;
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14s %14s", "element", "in [mM]", "out [mM]");
+    for (int k = 1; k <= PDI_SPECIATE_ELEMENTS; k++) {
+        double in = pdi_electrolyte_total(&w->e, w->e.initial, k), out = pdi_electrolyte_total(&w->e, c, k);
+        char symbol[3];
+        if (!(in > 0.0) && !(out > 0.0)) continue;
+        pdi_species_symbol(k, symbol);
+        pdi_speciate_say(w, PD_PRINT_SUMMARY, "%-20s %14.9g %14.9g", symbol, in, out);
+        worst = fmax(worst, fabs(out - in) / in);
+    }
+    return worst;
+}
+
+/* What closing has put in, in a note for each ion. */
+static void pdi_speciate_closed(const pdi_speciate_work *w)
+{
+    const pd_electrolyte *e = &w->e;
+    for (int i = 0; i < e->count; i++) {
+        double more = e->initial[i] - e->recipe[i];
+        if (fabs(more) > 1e-9 * e->recipe[i])
+            pdi_speciate_say(w, PD_PRINT_NOTE, "%+.6g mM %s for the charge and the pH", more, e->species[i].name);
+    }
+}
+
+/* Constants that hold at one temperature alone, whichever that is. */
+static void pdi_speciate_heat(const pdi_speciate_work *w)
+{
+    char list[400] = "";
+    if (fabs(w->e.temperature - PDI_SPECIATE_ICE - 25.0) < 1e-9) return;
+    for (int r = 0; r < w->e.reactions; r++)
+        if (w->e.reaction[r].has_k && isnan(w->e.enthalpy[r]))
+            pdi_append(list, sizeof list, "%s%s", list[0] ? ", " : "", w->e.reaction[r].name);
+    if (list[0])
+        pdi_speciate_say(w, PD_PRINT_NOTE, "constants without an enthalpy, which do not follow the temperature: %s",
+                         list);
+}
+
+/* The pH of what enters, where it is another one than that of the start. */
+static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, double ph)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST];
+    memcpy(c, w->e.inlet, sizeof c);
+    PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+    if (fabs(s.ph - ph) > 1e-9) pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH of the inlet      %14.4f", s.ph);
+    return PD_OK;
+}
+
+static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST];
+    memcpy(c, w->e.initial, sizeof c);
+    PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
+                     w->e.temperature - PDI_SPECIATE_ICE, w->e.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
+                     w->e.precipitates ? "all minerals form that can" : "minerals that are not there do not form");
+    pdi_speciate_heat(w);
+    pdi_speciate_closed(w);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);
+    PDI_TRY(pdi_speciate_inlet(ctx, w, s.ph));
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "ionic strength [mM]  %14.6g", s.strength);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "charge [mM]          %14.3g", s.charge);
+    pdi_speciate_species(w, c, &s);
+    int above = pdi_speciate_minerals(w, c, &s);
+    double worst = pdi_speciate_elements(w, c);
+    pdi_speciate_say(w, PD_PRINT_RESULT, "result case=%s pH=%.6f strength=%.9g charge=%.3g err_elements=%.3g "
+                     "residual=%.3g iterations=%d supersaturated=%d", w->name, s.ph, s.strength, s.charge, worst,
+                     s.result.residual, s.result.iterations, above);
+    return PD_OK;
+}
+
+/* ---- a titration ---- */
+
+/* A reagent, from how much to how much of it [mol/m3], rows. */
+typedef struct pdi_speciate_titration {
+    double per[PD_SPECIES_MOST]; /* [-] species in one unit of the reagent */
+    double from, to;             /* [mol/m3] */
+    int rows;
+} pdi_speciate_titration;
+
+static pd_status pdi_speciate_wrong(pd_ctx *ctx, const char *text)
+{
+    return pdi_fail(ctx, PD_ERR_PARSE, "titrate", "found '%.80s', expected a reagent, a range with its unit and a "
+                    "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21", text, PDI_SPECIATE_ROWS);
+}
+
+/* "REAGENT FROM..TO UNIT ROWS" */
+static pd_status pdi_speciate_read(pd_ctx *ctx, const pd_electrolyte *e, const char *text, pdi_speciate_titration *t)
+{
+    char copy[512], *end, *dots, *from;
+    pd_dims dims, wanted;
+    double scale;
+    if (strlen(text) >= sizeof copy) return pdi_speciate_wrong(ctx, text);
+    strcpy(copy, text);
+    dots = strstr(copy, "..");
+    if (!dots) return pdi_speciate_wrong(ctx, text);
+    for (from = dots; from > copy && pdi_units_blank(from[-1]);) *--from = '\0';
+    *dots = '\0';
+    while (from > copy && !pdi_units_blank(from[-1])) from--;
+    t->from = strtod(from, &end);
+    if (end == from || *end || from == copy) return pdi_speciate_wrong(ctx, text);
+    from[-1] = '\0';
+    t->to = strtod(dots + 2, &end);
+    char *rows = strrchr(end, ' '), *unit = end;
+    if (end == dots + 2 || !rows) return pdi_speciate_wrong(ctx, text);
+    t->rows = (int)strtol(rows, &end, 10);
+    if (end == rows || *end || t->rows < 2 || t->rows > PDI_SPECIATE_ROWS) return pdi_speciate_wrong(ctx, text);
+    *rows = '\0';
+    unit += strspn(unit, " ");
+    pd_units_parse(ctx, "mol/m3", NULL, &wanted);
+    if (pd_units_parse(ctx, unit, &scale, &dims) < 0 || !pdi_units_same(&dims, &wanted))
+        return pdi_speciate_wrong(ctx, text);
+    t->from *= scale;
+    t->to *= scale;
+    if (!(fabs(t->from) < HUGE_VAL) || !(fabs(t->to) < HUGE_VAL)) return pdi_speciate_wrong(ctx, text);
+    return pd_electrolyte_reagent(ctx, e, copy, t->per);
+}
+
+static void pdi_speciate_heading(const pdi_speciate_work *w)
+{
+    char line[PDI_SPECIATE_LINE] = "added [mol/m3],pH [-],strength [mol/m3]";
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase != PD_PHASE_SOLVENT)
+            pdi_append(line, sizeof line, ",%s [mol/m3]", w->e.species[i].name);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase == PD_PHASE_SOLID) pdi_append(line, sizeof line, ",SI %s [-]", w->e.species[i].name);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
+}
+
+static void pdi_speciate_row(const pdi_speciate_work *w, double added, const double *c, const pd_electrolyte_state *s)
+{
+    char line[PDI_SPECIATE_LINE] = "";
+    pdi_append(line, sizeof line, "%.9g,%.9g,%.9g", added, s->ph, s->strength);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase != PD_PHASE_SOLVENT) pdi_append(line, sizeof line, ",%.9g", c[i]);
+    for (int i = 0; i < w->e.count; i++)
+        if (w->e.species[i].phase == PD_PHASE_SOLID) pdi_append(line, sizeof line, ",%.9g", s->saturation[i]);
+    pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
+}
+
+static pd_status pdi_speciate_titrate(pd_ctx *ctx, const pdi_speciate_work *w, const pdi_speciate_titration *t)
+{
+    pd_electrolyte_state s;
+    double c[PD_SPECIES_MOST], first = NAN;
+    pdi_speciate_heading(w);
+    for (int k = 0; k < t->rows; k++) {
+        double added = t->from + (t->to - t->from) * k / (t->rows - 1);
+        for (int i = 0; i < w->e.count; i++) {
+            c[i] = w->e.initial[i] + added * t->per[i];
+            if (c[i] < 0.0 && w->e.species[i].phase != PD_PHASE_SOLVENT)
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "titrate", "%g mol/m3 of the reagent take more %s than there is",
+                                added, w->e.species[i].name);
+        }
+        PDI_TRY(pd_electrolyte_solve(ctx, &w->e, c, &s));
+        if (!k) first = s.ph;
+        pdi_speciate_row(w, added, c, &s);
+    }
+    pdi_speciate_say(w, PD_PRINT_RESULT, "result case=%s rows=%d pH_first=%.6f pH_last=%.6f", w->name, t->rows, first,
+                     s.ph);
+    return PD_OK;
+}
+
+static pd_status pdi_speciate_work_on(pd_ctx *ctx, pdi_speciate_work *w, int *bad_input)
+{
+    pdi_speciate_titration t;
+    memset(&t, 0, sizeof t);
+    *bad_input = 1;
+    PDI_TRY(pd_electrolyte_read(ctx, w->desc->path, w->desc->overrides, w->desc->count, &w->e));
+    if (w->desc->titrate) PDI_TRY(pdi_speciate_read(ctx, &w->e, w->desc->titrate, &t));
+    *bad_input = 0;
+    return w->desc->titrate ? pdi_speciate_titrate(ctx, w, &t) : pdi_speciate_once(ctx, w);
+}
+
+pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
+{
+    pdi_speciate_work *w = NULL;
+    PDI_TRY(PDI_NEW(ctx, "speciate", 1, w));
+    w->desc = desc;
+    pdi_setup_split_path(desc->path, w->name, NULL);
+    pd_status status = pdi_speciate_work_on(ctx, w, bad_input);
+    PDI_DELETE(ctx, 1, w);
+    return status;
+}

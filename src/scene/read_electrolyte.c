@@ -1,0 +1,357 @@
+/* read_electrolyte: see read_electrolyte.h */
+#include "scene/read_electrolyte.h"
+#include "scene/include.h"
+#include "scene/override.h"
+#include "scene/read_constants.h"
+#include "scene/syntax.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
+#define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
+#define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
+#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
+
+/* What the readers share. */
+typedef struct pdi_read_electrolyte {
+    pd_ctx *ctx;
+    pd_text *text;
+    pd_electrolyte *e;
+    int chemistry;                    /* section */
+    int section[PD_SPECIES_MOST];     /* of each species */
+} pdi_read_electrolyte;
+
+/* A failed call of src/chemistry with the place of the key before its message. */
+static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int section, const char *key)
+{
+    char message[PD_MESSAGE_SIZE];
+    pd_status status = s->ctx->status;
+    if (pdi_is_final(status)) return status;
+    const char *what = strstr(s->ctx->message, ": ");
+    snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+    return pdi_text_refuse(s->ctx, s->text, section, key, "%.500s", message);
+}
+
+/* ---- [species FORMULA] ---- */
+
+/* A concentration of at least 0. */
+static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int section, const char *key,
+                                             const char *fallback, double *value)
+{
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
+    if (*value >= 0.0 && *value < HUGE_VAL) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
+}
+
+static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
+{
+    pd_electrolyte *e = s->e;
+    pd_species_desc desc;
+    const char *label = s->text->section[section].label;
+    int k = e->count;
+    memset(&desc, 0, sizeof desc);
+    desc.name = label;
+    if (!label[0])
+        return pdi_text_refuse(s->ctx, s->text, section, "species", "found no name, expected [species Mg2+] or another "
+                               "formula");
+    if (k == PD_SPECIES_MOST)
+        return pdi_text_refuse(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
+                               PD_SPECIES_MOST);
+    if (pdi_text_has(s->ctx, s->text, section, "formula"))
+        PDI_TRY(pdi_text_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
+    desc.has_charge = pdi_text_has(s->ctx, s->text, section, "charge");
+    if (desc.has_charge)
+        PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
+    if (pdi_text_has(s->ctx, s->text, section, "D"))
+        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, &desc.diffusivity));
+    if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
+    PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
+    e->inlet[k] = e->initial[k];
+    if (pdi_text_has(s->ctx, s->text, section, "inlet")) {
+        if (e->species[k].phase == PD_PHASE_SOLID)
+            return pdi_text_refuse(s->ctx, s->text, section, "inlet", "found it of the solid %s, which does not flow",
+                                   label);
+        PDI_TRY(pdi_read_electrolyte_amount(s, section, "inlet", NULL, &e->inlet[k]));
+    }
+    if (e->species[k].phase == PD_PHASE_SOLID) e->inlet[k] = 0.0;
+    s->section[k] = section;
+    e->count++;
+    return PD_OK;
+}
+
+/* The species of the file, and the water that all of them are in. */
+static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
+{
+    pd_electrolyte *e = s->e;
+    pd_species_desc water;
+    for (int k = pdi_text_next(s->ctx, s->text, "species", -1); k >= 0;
+         k = pdi_text_next(s->ctx, s->text, "species", k))
+        PDI_TRY(pdi_read_electrolyte_one(s, k));
+    if (!e->count)
+        return pdi_text_refuse(s->ctx, s->text, s->chemistry, "chemistry", "found no species, expected [species Na+] "
+                               "and others");
+    int solvent = pdi_electrolyte_find(e, "H2O");
+    if (solvent < 0 && e->count < PD_SPECIES_MOST) {
+        memset(&water, 0, sizeof water);
+        water.name = "H2O";
+        PDI_TRY(pd_species_read(s->ctx, &water, &e->species[e->count]));
+        s->section[e->count] = s->chemistry;
+        solvent = e->count++;
+    }
+    if (solvent < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->section[e->count - 1], "species", "found %d species beside water, "
+                               "expected at most %d", e->count, PD_SPECIES_MOST - 1);
+    if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER;
+    e->inlet[solvent] = e->initial[solvent];
+    return PD_OK;
+}
+
+/* ---- [reaction NAME] ---- */
+
+/* A constant with its unit, as a number and a product of mol, L and s. */
+static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int section, const char *key, double *value,
+                                               char *unit)
+{
+    static const char *const names[] = {"mol", "L", "s"};
+    pd_expr expr;
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    pd_dims dims = expr.dims;
+    *value = pdi_expr_eval(&expr, NULL);
+    pdi_expr_free(s->ctx, &expr);
+    double power[3] = {dims.e[4], dims.e[0] / 3.0, dims.e[2]};
+    if (dims.e[1] != 0.0 || dims.e[3] != 0.0 || dims.e[5] != 0.0) {
+        char found[PD_UNITS_TEXT];
+        pdi_units_describe(&dims, found);
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
+    }
+    *value *= pow(PDI_READ_ELECTROLYTE_LITRES, power[1]);
+    unit[0] = '\0';
+    for (int sign = 1; sign >= -1; sign -= 2)
+        for (int k = 0; k < 3; k++) {
+            double n = sign * power[k];
+            if (!(n > 0.0)) continue;
+            const char *before = sign < 0 ? unit[0] ? "/" : "1/" : unit[0] ? " " : "";
+            if (n > 1.0 || n < 1.0) pdi_append(unit, PD_UNITS_TEXT, "%s%s%.4g", before, names[k], n);
+            else pdi_append(unit, PD_UNITS_TEXT, "%s%s", before, names[k]);
+        }
+    return PD_OK;
+}
+
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+{
+    pd_electrolyte *e = s->e;
+    double *enthalpy = &e->enthalpy[e->reactions];
+    *enthalpy = NAN;
+    if (!pdi_text_has(s->ctx, s->text, section, "enthalpy")) return PD_OK;
+    if (isnan(desc->k))
+        return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+    if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
+    else desc->k *= exp(more);
+    return PD_OK;
+}
+
+static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
+{
+    static const char *const rates[] = {"forward", "backward"};
+    pd_electrolyte *e = s->e;
+    pd_reaction_desc desc;
+    char unit[3][PD_UNITS_TEXT];
+    double *rate[2] = {&desc.forward, &desc.backward};
+    memset(&desc, 0, sizeof desc);
+    memset(unit, 0, sizeof unit);
+    desc.name = s->text->section[section].label;
+    desc.k = NAN;
+    desc.k_unit = unit[0];
+    desc.forward_unit = unit[1];
+    desc.backward_unit = unit[2];
+    if (!desc.name[0])
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no name, expected [reaction water] or "
+                               "another word");
+    if (e->reactions == PD_REACTION_MOST)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
+                               PD_REACTION_MOST);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
+    const char *first = strchr(desc.text, '=');
+    if (first && strchr(first + 1, '='))
+        return pdi_text_refuse(s->ctx, s->text, section, "equation", "found a second = in '%.120s', expected one, and "
+                               "behind the equation K, log10_K, forward or backward", desc.text);
+    if (pdi_text_has(s->ctx, s->text, section, "log10_K")) {
+        if (pdi_text_has(s->ctx, s->text, section, "K"))
+            return pdi_text_refuse(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
+        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
+        desc.k_unit = "log10";
+    } else if (pdi_text_has(s->ctx, s->text, section, "K")) {
+        PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
+    }
+    PDI_TRY(pdi_read_electrolyte_heat(s, section, &desc));
+    for (int k = 0; k < 2; k++) {
+        if (!pdi_text_has(s->ctx, s->text, section, rates[k])) continue;
+        PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
+        if (!(*rate[k] > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, rates[k], "found %g, expected a positive value", *rate[k]);
+    }
+    if (pd_reaction_read(s->ctx, &desc, e->species, e->count, &e->reaction[e->reactions]) < 0)
+        return pdi_read_electrolyte_fail(s, section, "equation");
+    e->reactions++;
+    return PD_OK;
+}
+
+/* ---- [chemistry] ---- */
+
+/* The ion that a key names; -1: the key is absent. */
+static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte *s, const char *key, int *ion)
+{
+    const char *name;
+    *ion = -1;
+    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
+    *ion = pdi_electrolyte_find(s->e, name);
+    if (*ion < 0)
+        return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which no section defines, expected "
+                               "an ion of a [species ...]", name);
+    if (s->e->species[*ion].phase == PD_PHASE_SOLUTE && s->e->species[*ion].charge) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which is no ion, expected one such as "
+                           "Cl-", name);
+}
+
+static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte *s, const char *key, double *ph)
+{
+    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
+    if (*ph >= -2.0 && *ph <= 16.0) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
+}
+
+static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
+{
+    static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
+    pd_electrolyte *e = s->e;
+    int activity, at = s->chemistry;
+    pdi_text_has(s->ctx, s->text, at, "include");
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
+    e->activity = (pd_activity)activity;
+    PDI_TRY(pdi_text_number(s->ctx, s->text, at, "temperature", "K", "298.15 K", &e->temperature));
+    if (!(e->temperature >= 273.0 && e->temperature <= 373.2))
+        return pdi_text_refuse(s->ctx, s->text, at, "temperature", "found %g K, expected water from 273 to 373 K",
+                               e->temperature);
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter));
+    if (e->counter < 0) e->counter = e->balance;
+    if (e->counter >= 0 && (strcmp(e->species[e->counter].name, "H+") == 0 ||
+                            strcmp(e->species[e->counter].name, "OH-") == 0) &&
+        pdi_text_has(s->ctx, s->text, at, "pH"))
+        return pdi_text_refuse(s->ctx, s->text, at, "pH", "found beside balance or counter = %s, expected another ion, "
+                               "that of a salt", e->species[e->counter].name);
+    PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
+    e->inlet_ph = e->ph;
+    return pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph);
+}
+
+/* Both solutions are neutral and have the pH that is set. */
+static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
+{
+    pd_electrolyte *e = s->e;
+    pd_speciation system;
+    int enters = -1;
+    if (pdi_electrolyte_build(s->ctx, e, NULL, &system) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
+    for (int k = 0; k < e->count; k++)
+        if (enters < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], "inlet"))
+            enters = s->section[k];
+    memcpy(e->recipe, e->initial, sizeof e->recipe);
+    if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
+    if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
+        return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
+    if (pd_electrolyte_close(s->ctx, e, e->inlet_ph, e->inlet) < 0)
+        return enters < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, "inlet_pH")
+                          : pdi_read_electrolyte_fail(s, enters, "inlet");
+    return PD_OK;
+}
+
+PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
+{
+    static const char *const names[] = {"chemistry", "species", "reaction"};
+    int given = 0;
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) given |= pdi_text_next(ctx, text, names[k], -1) >= 0;
+    return given;
+}
+
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *e)
+{
+    pdi_read_electrolyte s;
+    memset(&s, 0, sizeof s);
+    memset(e, 0, sizeof *e);
+    s.ctx = ctx;
+    s.text = text;
+    s.e = e;
+    e->ph = e->inlet_ph = NAN;
+    s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
+    PDI_TRY(pdi_read_electrolyte_species(&s));
+    PDI_TRY(pdi_read_electrolyte_chemistry(&s));
+    for (int k = pdi_text_next(ctx, text, "reaction", -1); k >= 0; k = pdi_text_next(ctx, text, "reaction", k))
+        PDI_TRY(pdi_read_electrolyte_reaction(&s, k));
+    return pdi_read_electrolyte_close(&s);
+}
+
+PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count)
+{
+    static const char first[] = "chemistry.include";
+    for (int turn = 0; turn < 2; turn++) {
+        for (int k = 0; k < count; k++)
+            if ((strncmp(overrides[k], first, sizeof first - 1) == 0) == !turn)
+                PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
+        if (!turn) PDI_TRY(pdi_include_read(ctx, text));
+    }
+    return PD_OK;
+}
+
+/* ---- a file of its own ---- */
+
+static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                           pd_electrolyte *e)
+{
+    pdi_read_constants named;
+    text->scene = 1;
+    PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
+    PDI_TRY(pdi_syntax_check(ctx, text));
+    if (!pdi_read_electrolyte_given(ctx, text))
+        return pdi_text_refuse(ctx, text, 0, "chemistry", "found no species, expected sections such as [species Na+]");
+    memset(&named, 0, sizeof named);
+    PDI_TRY(pdi_read_constants_read(ctx, text, &named));
+    pd_status status = pdi_read_electrolyte_sections(ctx, text, e);
+    text->consts = NULL;
+    text->const_count = 0;
+    return status;
+}
+
+static pd_status pdi_read_electrolyte_take(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                           pd_electrolyte *e)
+{
+    pd_status status = pdi_read_electrolyte_text(ctx, text, overrides, count, e);
+    pdi_text_free(ctx, text);
+    if (status < 0) memset(e, 0, sizeof *e);
+    return status;
+}
+
+pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_electrolyte *e)
+{
+    pd_text text;
+    memset(e, 0, sizeof *e);
+    PDI_TRY(pdi_text_read(ctx, path, &text));
+    return pdi_read_electrolyte_take(ctx, &text, overrides, count, e);
+}
+
+pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
+                               pd_electrolyte *e)
+{
+    pd_text own;
+    memset(e, 0, sizeof *e);
+    PDI_TRY(pdi_text_build(ctx, path, text, strlen(text), &own));
+    return pdi_read_electrolyte_take(ctx, &own, overrides, count, e);
+}

@@ -1,0 +1,34 @@
+/* read_electrolyte: the sections [chemistry], [species FORMULA] and [reaction NAME] of a scene, or of a file that has
+ * nothing else.
+ *
+ *   [chemistry]  include = electrolytes/hbss.electrolyte   activity = davies|ideal   temperature = 298.15 K
+ *                pH = 7.4   inlet_pH   counter = Cl-   balance = Cl-   minerals = given|all
+ *   [species Mg2+]    D = 0.705e-9 m2/s   initial = 0.9 mM   inlet = 0.9 mM   charge   formula
+ *   [reaction water]  H+ + OH- = H2O   K = 1e14 L2/mol2 | log10_K = 14   forward = 1.4e11 L/mol/s   backward
+ */
+#ifndef PD_READ_ELECTROLYTE_H
+#define PD_READ_ELECTROLYTE_H
+#include "chemistry/electrolyte.h"
+#include "scene/text.h"
+
+#define pd_electrolyte_read PD_NAME(pd_electrolyte_read)
+#define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
+
+/* Read the sections of chemistry of a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, close the
+ * recipes (pd_electrolyte_close). Other sections are not read. PD_ERR_FILE, PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line, what was found and what was expected. */
+PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
+                                     pd_electrolyte *electrolyte);
+/* The same of a text; `path` stands in messages, and files are looked for beside it. */
+PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides,
+                                      int count, pd_electrolyte *electrolyte);
+#ifdef PDI_INTERNAL
+/* 1: text has one of the sections. */
+PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text);
+/* The sections of a text whose constants are known and whose files are included. */
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *electrolyte);
+/* Include files and apply overrides, of which chemistry.include comes first. */
+PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
+#endif
+
+#endif
