@@ -7,7 +7,7 @@
 
 static void build(mixture *v, pd_activity activity, pd_components *s)
 {
-    CHECK_OK(&v->ctx, pd_components_build(&v->ctx, v->s, v->species, v->r, v->reactions, activity, 298.15, s));
+    CHECK_OK(&v->ctx, pdi_components_build(&v->ctx, v->s, v->species, v->r, v->reactions, activity, 298.15, s));
 }
 
 /* Concentrations of solutes from those of all species. */
@@ -39,7 +39,7 @@ static void any(pd_activity activity, double most, double tolerance)
         pick(&s, v.species, all, c);
         pdi_components_totals(&s, c, total);
         for (int i = 0; i < s.solutes && k % 2; i++) c[i] = 1e-3;
-        if (!CHECK_INT(pd_components_solve(&s, total, c), PD_OK)) continue;
+        if (!CHECK_INT(pdi_components_solve(&s, total, c), PD_OK)) continue;
         pdi_components_totals(&s, c, again);
         for (int m = 0; m < s.count; m++) {
             double size = fabs(total[m]);
@@ -71,14 +71,14 @@ TEST(front)
         start[a] = 10.0;
         start[b] = k;
         pdi_components_totals(&s, start, total);
-        CHECK_INT(pd_components_solve(&s, total, c), PD_OK);
+        CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
         CHECK_NEAR(c[a], fmax(10.0 - 0.5 * k, 0.0), k == 20 ? 1e-6 : 1e-11);
         CHECK_NEAR(c[b], fmax(k - 20.0, 0.0), k == 20 ? 1e-6 : 1e-11);
         CHECK_NEAR(c[p], fmin(10.0, 0.5 * k), k == 20 ? 1e-6 : 1e-11);
         for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
         start[a] = -1e-9;
         pdi_components_totals(&s, start, total);
-        CHECK_INT(pd_components_solve(&s, total, c), PD_OK);
+        CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
         for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
         CHECK_NEAR(c[b], k, 1e-8);
     }
@@ -95,7 +95,7 @@ static void derivatives(pd_activity activity)
     mix_hanks(&v, all);
     pick(&s, v.species, all, c);
     pdi_components_totals(&s, c, total);
-    CHECK_INT(pd_components_solve(&s, total, c), PD_OK);
+    CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
     pdi_components_derive(&s, c, table);
     for (int k = 0; k < s.count; k++) {
         double one[PD_SPECIES_MOST] = {0.0}, high[PD_SPECIES_MOST], low[PD_SPECIES_MOST], step = 1e-4;
@@ -104,9 +104,9 @@ static void derivatives(pd_activity activity)
         memcpy(high, c, sizeof high);
         memcpy(low, c, sizeof low);
         total[k] += step;
-        CHECK_INT(pd_components_solve(&s, total, high), PD_OK);
+        CHECK_INT(pdi_components_solve(&s, total, high), PD_OK);
         total[k] -= 2.0 * step;
-        CHECK_INT(pd_components_solve(&s, total, low), PD_OK);
+        CHECK_INT(pdi_components_solve(&s, total, low), PD_OK);
         total[k] += step;
         for (int i = 0; i < s.solutes; i++)
             CHECK_NEAR(by[i], (high[i] - low[i]) / (2.0 * step), 2e-6 * (fabs(by[i]) + 1e-4));
@@ -148,11 +148,11 @@ TEST(refused)
     pd_components s;
     mix_body_fluid(&v);
     mix_reaction(&v, "CO2 + H2O = CO3-2 + 2 H+", -15.0, 0.0, NULL);
-    CHECK_INT(pd_components_build(&v.ctx, v.s, v.species, v.r, v.reactions, PD_ACTIVITY_IDEAL, 298.15, &s),
+    CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, v.reactions, PD_ACTIVITY_IDEAL, 298.15, &s),
               PD_ERR_ARGUMENT);
     CHECK_INT(s.solutes, 0);
     mix_species(&v, "CaCO3(s)", NULL, 0.0);
-    CHECK_INT(pd_components_build(&v.ctx, v.s, v.species, v.r, 1, PD_ACTIVITY_IDEAL, 298.15, &s), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, 1, PD_ACTIVITY_IDEAL, 298.15, &s), PD_ERR_ARGUMENT);
 }
 
 TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)

@@ -315,7 +315,7 @@ static void pdi_components_ionic(pdi_components_work *w)
     w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
 }
 
-pd_status pd_components_solve(const pd_components *s, const double *total, double *c)
+PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
 {
     pdi_components_work w;
     double others = 0.0;
@@ -541,16 +541,16 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
         e.made[r] = pdi_components_choose(s, &e, r);
         if (e.made[r] >= 0) pdi_components_eliminate(s, &e, r);
         else if (fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the product "
-                            "of theirs: leave one out", reactions[r].name);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
+                            "product of theirs: leave one out", reactions[r].name);
     }
     pdi_components_order(&e, s);
     for (int r = 0; r < s->kinetics; r++) pdi_components_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
     return PD_OK;
 }
 
-pd_status pd_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
-                              int reaction_count, pd_activity activity, double temperature, pd_components *s)
+PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                      int reaction_count, pd_activity activity, double temperature, pd_components *s)
 {
     memset(s, 0, sizeof *s);
     pd_status status = pdi_components_fill(ctx, species, count, reactions, reaction_count, s);

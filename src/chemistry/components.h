@@ -32,19 +32,15 @@ typedef struct pd_components {
     double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_components;
 
-#define pd_components_build PD_NAME(pd_components_build)
-#define pd_components_solve PD_NAME(pd_components_solve)
-
+#ifdef PDI_INTERNAL
 /* A system of `count` species, solutes and the solvent, and their reactions. temperature [K] is that of Davies'
  * equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
-PD_API pd_status pd_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
-                                     int reaction_count, pd_activity activity, double temperature,
-                                     pd_components *components);
+PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                      int reaction_count, pd_activity activity, double temperature,
+                                      pd_components *components);
 /* c [solutes] [mol/m3], the guess: concentrations in equilibrium with the given totals [count] [mol/m3]. A total that
  * no concentrations have leaves the nearest, which are next to 0. PD_NOT_CONVERGED: c is unchanged. */
-PD_API pd_status pd_components_solve(const pd_components *components, const double *total, double *c);
-
-#ifdef PDI_INTERNAL
+PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
 /* total [count] [mol/m3] of concentrations. */
 PDI_FN void pdi_components_totals(const pd_components *components, const double *c, double *total);
 /* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last

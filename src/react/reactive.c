@@ -16,12 +16,15 @@
 
 /* Roundings of what a node exchanges that its balance may be off by. */
 #define PDI_REACTIVE_ROUND 32.0
-/* A step of Newton may raise the residual by this factor once; else it is halved, so many times at most. */
-#define PDI_REACTIVE_RISE 4.0
+/* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
+#define PDI_REACTIVE_FREE 12
+#define PDI_REACTIVE_RISE 1e3
 #define PDI_REACTIVE_HALVINGS 10
 /* Tries with shorter steps, and their ratio. */
 #define PDI_REACTIVE_PARTS 8
 #define PDI_REACTIVE_SHORTER 8.0
+/* Share of a residual that the linear solver leaves at least: its basis has single precision. */
+#define PDI_REACTIVE_SINGLE 1e-5
 /* Basis vectors of the linear solver. */
 #define PDI_REACTIVE_BASIS 20
 #define PDI_REACTIVE_TOLERANCE 1e-10
@@ -223,7 +226,8 @@ static void pdi_reactive_split(const pd_ctx *ctx, pd_reactive *r, int n, double 
     }
 }
 
-/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with that. */
+/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
+ * rate. */
 static void pdi_reactive_precondition(void *user, const double *x, double *y)
 {
     pdi_reactive_user *u = (pdi_reactive_user *)user;
@@ -286,7 +290,7 @@ static void pdi_reactive_move(const pd_ctx *ctx, pd_reactive *r, double share)
         pdi_reactive_get(r, r->base, i, c);
         pdi_components_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
-        if (pd_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
         pdi_reactive_put(r, c, i, r->c);
     }
 }
@@ -307,7 +311,7 @@ static int pdi_reactive_shorten(const pd_ctx *ctx, pd_reactive *r, double room, 
 /* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
 static pd_status pdi_reactive_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double goal = r->desc.tolerance, share = r->linear ? goal : PDI_KRYLOV_LOOSE;
+    double goal = r->desc.tolerance, share = r->linear ? PDI_REACTIVE_SINGLE : PDI_KRYLOV_LOOSE;
     r->dt = dt;
     pdi_reactive_weigh(ctx, r);
     PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
@@ -318,8 +322,8 @@ static pd_status pdi_reactive_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_
         pd_status status = pdi_reactive_direction(ctx, r, share, 0.3 * goal, result);
         if (status < 0) return status;
         double before = norm;
-        if (!pdi_reactive_shorten(ctx, r, PDI_REACTIVE_RISE, &norm)) return PD_NOT_CONVERGED;
-        share = r->linear ? goal : pdi_krylov_forcing(norm / before);
+        if (!pdi_reactive_shorten(ctx, r, step < PDI_REACTIVE_FREE ? PDI_REACTIVE_RISE : 1.0, &norm)) return PD_NOT_CONVERGED;
+        if (!r->linear) share = pdi_krylov_forcing(norm / before);
         result->newton++;
     }
     result->residual = norm / goal;
@@ -583,7 +587,7 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
                             "value of at least 0", where, n + 1, r->components.solutes, c[n]);
     pdi_components_totals(&r->components, c, total);
-    if (pd_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
+    if (pdi_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
 }
 
@@ -701,7 +705,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
 {
     double c[PD_SPECIES_MOST];
     memset(r, 0, sizeof *r);
-    PDI_TRY(pd_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
+    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
                                 desc->temperature, &r->components));
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || !desc->initial)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, %s concentrations at the "

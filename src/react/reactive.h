@@ -1,9 +1,8 @@
-/* reactive: several species that diffuse, are carried by a flow and react in the volume, by implicit steps of any length
- * (theory: 5c).
+/* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *
- * A step solves for the totals of components (components.h), so reactions in equilibrium stay so at every node, and
- * nothing is split. Each species has its own D; fluxes are those of transport.h, upwinded. Amounts are kept to rounding,
- * converged or not: what a step leaves undone is carried on. Concentrations are at least 0.
+ * Implicit steps of any length solve for the totals of components (components.h), so reactions in equilibrium stay so
+ * at every node, and nothing is split. Each species has its own D; fluxes are those of transport.h, upwinded. Amounts
+ * are kept to rounding, converged or not: what a step leaves undone is carried on. Concentrations are at least 0.
  */
 #ifndef PD_REACTIVE_H
 #define PD_REACTIVE_H
@@ -14,7 +13,7 @@
 #define PD_REACTIVE_ROWS 20 /* of a balance */
 #define PD_REACTIVE_NAME 16 /* [byte] of the name of one with its end */
 
-/* Zero-initialise. Arrays have `count` entries, as the species; those of the solvent are not read. */
+/* Zero-initialise. Entries of the solvent are not read. */
 typedef struct pd_reactive_desc {
     const pd_species *species;   /* solutes, and the solvent where reactions name it */
     int count;
@@ -22,9 +21,9 @@ typedef struct pd_reactive_desc {
     int reaction_count;
     pd_activity activity;
     double temperature;          /* [K] of the activities */
-    const double *initial;       /* [mol/m3], brought to equilibrium */
-    const double *inlet;         /* [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
-    const double *wall;          /* [mol/m3] that each species has on walls that hold; NaN: they are closed for it */
+    const double *initial;       /* [count] [mol/m3], brought to equilibrium */
+    const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
+    const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
     pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
     void *user;
     double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
@@ -36,9 +35,9 @@ typedef struct pd_reactive_desc {
  * the solvent does not change of its elements, as H - 2 O. dissolved + carry = start + in - out + imbalance. */
 typedef struct pd_reactive_balance {
     char name[PD_REACTIVE_NAME]; /* "Ca", "charge", "H-2O" */
-    double start, dissolved, carry;
-    double in, out; /* through inlets, outlets and held walls, and by sources (in) */
-    double imbalance;
+    double start, dissolved, carry; /* [mol] */
+    double in, out;   /* [mol] through inlets, outlets and held walls, and by sources (in) */
+    double imbalance; /* [mol] */
     double relative; /* [-] over the sum of the sizes of all terms */
 } pd_reactive_balance;
 
