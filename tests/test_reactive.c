@@ -1,7 +1,7 @@
 /* reactive: closed forms of fronts and layers, one species against transport, totals, equilibria and bounds in flows,
  * steps of any length.
  * dims: 1 2 3 */
-#include "react/reactive.h"
+#include "react/advance.h"
 #include "chemistry_case.h"
 #include "fixture.h"
 
@@ -146,8 +146,8 @@ static double front_of(const couple *c)
 }
 
 /* Place of the front and amount of product over their values, at 100 s, with n cells and steps of a share of the
- * time. */
-static double front(const couple *c, int n, double share, double *product)
+ * time, of an order. */
+static double front(const couple *c, int n, double share, int order, double *product)
 {
     scene *s = &test_scene;
     mixture v;
@@ -165,6 +165,7 @@ static double front(const couple *c, int n, double share, double *product)
     mix_reaction(&v, c->n > 1.5 ? "Aa + 2 Bb = Pp" : "Aa + Bb = Pp", 30.0, 0.0, NULL);
     memset(&d, 0, sizeof d);
     d.initial = initial;
+    d.order = order;
     if (!build(s, &v, &d, NULL)) return 0.0;
     double *a = pd_reactive_field(&test_reactive, 0), *b = pd_reactive_field(&test_reactive, 1);
     double *p = pd_reactive_field(&test_reactive, 2);
@@ -206,12 +207,16 @@ TEST(fronts)
     for (int k = 0; k < 4; k += PD_DIM > 1 ? 2 : 1) {
         double product[2], found[2];
         CHECK_REL(2e7 * front_of(&of[k]), place[k], 1e-6);
-        found[0] = front(&of[k], PD_DIM > 1 ? 60 : 120, 0.08, &product[0]);
-        found[1] = front(&of[k], PD_DIM > 1 ? 120 : 240, 0.02, &product[1]);
-        NOTE("errors of front %.2e, %.2e and product %.2e, %.2e", found[0] - 1.0, found[1] - 1.0, product[0] - 1.0,
-             product[1] - 1.0);
+        found[0] = front(&of[k], PD_DIM > 1 ? 60 : 120, 0.08, 1, &product[0]);
+        found[1] = front(&of[k], PD_DIM > 1 ? 120 : 240, 0.02, 1, &product[1]);
+        NOTE("front %.2e, %.2e", found[0] - 1.0, found[1] - 1.0);
+        NOTE("product %.2e, %.2e", product[0] - 1.0, product[1] - 1.0);
         CHECK_REL(found[1], 1.0, k == 2 && PD_DIM > 1 ? 0.011 : 0.005); /* two nodes from the start */
         CHECK_REL(product[1], 1.0, 0.01);
+        found[0] = front(&of[k], PD_DIM > 1 ? 60 : 120, 0.08, 2, &product[0]);
+        NOTE("order 2: %.2e, %.2e", found[0] - 1.0, product[0] - 1.0);
+        CHECK_REL(found[0], 1.0, k == 2 ? 0.011 : 0.0025);
+        CHECK_REL(product[0], 1.0, 0.001);
     }
 }
 
@@ -446,11 +451,83 @@ TEST(body_fluid_davies) { body_fluid(PD_ACTIVITY_DAVIES, 0, NULL); }
 TEST(threads_change_no_bit)
 {
     double *bits = NULL;
-    for (int threads = 1; threads <= (PD_DIM == 3 ? 2 : 4); threads *= 2) body_fluid(PD_ACTIVITY_DAVIES, threads, &bits);
+    for (int threads = 1; threads <= (PD_DIM == 3 ? 2 : 4); threads *= 2)
+        body_fluid(PD_ACTIVITY_DAVIES, threads, &bits);
     free(bits);
 }
 
 /* ---- finite rates ---- */
+
+/* A decays by exp(-t/10 s), while it streams and spreads: errors of steps of order 1 and 2, estimates, balances. */
+TEST(order)
+{
+    double error[2][3];
+    for (int order = 1; order <= 2; order++)
+        for (int k = 0; k < 3; k++) {
+            scene *s = &test_scene;
+            mixture v;
+            pd_reactive_desc d;
+            double initial[2] = {5.0, 0.0}, estimate = 0.0;
+            int steps = 10 << k, euler = 0;
+            scene_box(s, 2.0, 1e-5, 8, 6, 5);
+            if (!scene_build(s)) return;
+            mix_begin(&v);
+            mix_species(&v, "Aa", "Na", 1e-9);
+            mix_species(&v, "Bb", "Na", 2e-9);
+            mix_reaction(&v, "Aa = Bb", 300.0, 0.1, "1/s");
+            v.r[0].backward = 0.0;
+            memset(&d, 0, sizeof d);
+            d.initial = initial;
+            d.order = order;
+            if (!build(s, &v, &d, NULL)) return;
+            for (int n = 0; n < steps; n++) {
+                if (!step_all(s, 10.0 / steps)) return;
+                estimate += test_result.error;
+                euler += test_result.euler;
+            }
+            double *a = pd_reactive_field(&test_reactive, 0);
+            error[order - 1][k] = 0.0;
+            for (int32_t i = 0; i < s->grid.total; i++)
+                if (s->grid.kind[i] == PD_FLUID)
+                    error[order - 1][k] = fmax(error[order - 1][k], fabs(a[i] / 5.0 - exp(-1.0)));
+            CHECK_INT(euler, 0);
+            if (order == 2) CHECK(estimate > error[1][k]);
+            check_balance(s);
+            finish(s);
+        }
+    for (int k = 0; k < 2; k++) {
+        CHECK_NEAR(log(error[0][k] / error[0][k + 1]) / log(2.0), 1.0, 0.05);
+        CHECK_NEAR(log(error[1][k] / error[1][k + 1]) / log(2.0), 2.0, 0.1);
+    }
+}
+
+/* A sharp change of an inert salt in a stream: steps of order 2 that would leave its bounds are of order 1. */
+TEST(bounds_of_order_2)
+{
+    scene *s = &test_scene;
+    mixture v;
+    pd_reactive_desc d;
+    double initial[1] = {1.0}, inlet[1] = {0.0};
+    int euler = 0;
+    if (!stream(s, 30, 13)) return;
+    mix_begin(&v);
+    mix_species(&v, "Na+", NULL, 1e-9);
+    memset(&d, 0, sizeof d);
+    d.initial = initial;
+    d.inlet = inlet;
+    d.order = 2;
+    if (!build(s, &v, &d, &s->flow)) return;
+    double *c = pd_reactive_field(&test_reactive, 0);
+    for (double dt = 1e-4; dt < 1e5; dt *= 10.0) {
+        if (!step_all(s, dt)) return;
+        euler += test_result.euler;
+        for (int32_t i = 0; i < s->grid.total; i++)
+            if (s->grid.kind[i] == PD_FLUID) CHECK(c[i] >= 0.0 && c[i] <= 1.0 + 1e-8);
+        check_balance(s);
+    }
+    CHECK_LE(1, euler);
+    finish(s);
+}
 
 /* A + B at a finite rate: the rate in the middle of the front falls with t^(-2/3) (Galfi and Racz 1988). */
 TEST(finite_rate)
@@ -493,5 +570,6 @@ TEST(finite_rate)
     finish(s);
 }
 
-TEST_MAIN(ENTRY(one_species) SLOW_ENTRY_IF(PD_DIM == 3, fronts) ENTRY(sink_layer) ENTRY(water) ENTRY(titration) ENTRY(acid_into_lye)
-          ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies) ENTRY(threads_change_no_bit) SLOW_ENTRY_IF(PD_DIM == 3, finite_rate))
+TEST_MAIN(ENTRY(one_species) SLOW_ENTRY_IF(PD_DIM == 3, fronts) ENTRY(sink_layer) ENTRY(water) ENTRY(titration)
+          ENTRY(acid_into_lye) ENTRY(body_fluid_ideal) ENTRY(body_fluid_davies) ENTRY(threads_change_no_bit)
+          ENTRY(order) ENTRY(bounds_of_order_2) SLOW_ENTRY_IF(PD_DIM == 3, finite_rate))

@@ -27,6 +27,7 @@ typedef struct pd_reactive_desc {
     pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
     void *user;
     double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
+    int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
     int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
     pd_arena *arena;             /* as of pd_transport_desc */
 } pd_reactive_desc;
@@ -80,7 +81,10 @@ typedef struct pd_reactive {
     double *total;  /* [components][total] [mol/m3] totals at the start, with the carry */
     double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
     double *work;   /* [2][components][total] residual over its weight, correction */
+    double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
+    double *slope;  /* [components][total] [mol/m3] change of totals in it; or NULL */
     double *part_of; /* [total] [mol/m3/s] work */
+    uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
     double *rates;  /* [total] [1/s] of exchange */
     float *by;      /* [total][slots] [-] how concentrations, and [1/s] how kinetic reactions follow the totals */
     double *still;  /* [total] [1/s] zeros */
@@ -89,16 +93,9 @@ typedef struct pd_reactive {
     double dt;                       /* [s] of the stage at hand */
 } pd_reactive;
 
-typedef struct pd_reactive_result {
-    int newton, krylov;
-    int parts;       /* shorter steps that led to the solution; 0: it was found at once */
-    double residual; /* [-] over the tolerance */
-} pd_reactive_result;
-
 #define pd_reactive_build PD_NAME(pd_reactive_build)
 #define pd_reactive_update PD_NAME(pd_reactive_update)
 #define pd_reactive_begin PD_NAME(pd_reactive_begin)
-#define pd_reactive_step PD_NAME(pd_reactive_step)
 #define pd_reactive_field PD_NAME(pd_reactive_field)
 #define pd_reactive_source PD_NAME(pd_reactive_source)
 #define pd_reactive_ph PD_NAME(pd_reactive_ph)
@@ -114,9 +111,6 @@ PD_API pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *reactive);
 /* After concentrations were set by hand: bring all nodes to equilibrium, and begin the balance anew.
  * PD_ERR_ARGUMENT: a concentration is negative or not finite, or no equilibrium was found. */
 PD_API pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *reactive);
-/* One backward Euler step of dt [s], of any length: beyond all time scales it gives the steady state. PD_RETRY: no
- * solution was found, and nothing has changed; a shorter step may do. */
-PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
 /* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent. */
 PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
 PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
@@ -127,8 +121,22 @@ PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int
 PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_reactive that steps carry on. */
+/* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
+PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
+/* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
+PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* The concentrations of a node. */
+static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
+}
+
+static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c, int32_t i, double *field)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) field[(int64_t)n * reactive->grid->total + i] = c[n];
+}
 #endif
 
 #endif

@@ -1476,6 +1476,7 @@ def declare(dim):
         ('held', pd_point_fn),
         ('user', c_void_p),
         ('tolerance', c_double),
+        ('order', c_int),
         ('most', c_int),
         ('arena', POINTER(pd_arena)),
     ]
@@ -1536,7 +1537,10 @@ def declare(dim):
         ('total', POINTER(c_double)),
         ('move', POINTER(c_double)),
         ('work', POINTER(c_double)),
+        ('rest', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
         ('part_of', POINTER(c_double)),
+        ('spent', POINTER(c_uint8)),
         ('rates', POINTER(c_double)),
         ('by', POINTER(c_float)),
         ('still', POINTER(c_double)),
@@ -1552,6 +1556,8 @@ def declare(dim):
         ('krylov', c_int),
         ('parts', c_int),
         ('residual', c_double),
+        ('error', c_double),
+        ('euler', c_int),
     ]
 
     class pd_body_desc(Structure):
@@ -3486,12 +3492,12 @@ def declare(dim):
         'pd_reactive_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_reactive_desc), POINTER(pd_reactive)]),
         'pd_reactive_update': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_reactive_begin': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive)]),
-        'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_reactive_field': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_source': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
         'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
+        'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_body_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body_desc), POINTER(pd_body)]),
         'pd_body_free': (None, [POINTER(pd_ctx), POINTER(pd_body)]),
         'pd_body_family': (c_int32, [POINTER(pd_body), c_int32, POINTER(c_int32), POINTER(c_uint8)]),
