@@ -97,6 +97,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MOST];
+        for (int k = 0; k < count; k++) r->move[k * total + i] = 0.0; /* images had changes */
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_advance_lack(r, i, lack);
         for (int k = 0; k < count; k++) {
