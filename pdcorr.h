@@ -89,6 +89,7 @@
  *     reaction   a reaction as text, balanced in elements and charge, with its constant of equilibrium and its rates.
  *     activity   coefficients of activity from charge and ionic strength: 1, or Davies' (theory: eq. 5b.4).
  *     speciation equilibrium of a closed volume: solutes, water, and minerals that are present or not (theory: 5b.3).
+ *     components what reactions in equilibrium leave free: totals of components, and the concentrations that belong to
  *     electrolyte a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
  *   transport/
  *     diffusion  the conductances of bonds beside walls, between materials, and to values that are held on walls.
@@ -103,6 +104,9 @@
  *     explicit   forward Euler steps of transport, and how long they may be (theory: eq. 5.3).
  *     settle     the steady field of transport.
  *     two_stage  transport in time, of second order, with error-controlled steps.
+ *   react/
+ *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
+ *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
@@ -238,9 +242,9 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
- *                          lattice, solve) stay
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, couple, scene, run; kernels
+ *                          (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -3407,6 +3411,68 @@ PD_API pd_status pd_speciation_solve(const pd_speciation *system, double *c, pd_
 
 #endif
 
+/* ======== >>chemistry/components.h ======== */
+/* components: what reactions in equilibrium leave free: totals of components, and the concentrations that belong to
+ * them (theory: 5b.4).
+ *
+ * Each reaction in equilibrium makes one species of others. Those that none makes are the components; the total of one
+ * is T_k = sum_i m_ki c_i, which no such reaction changes. The totals give all concentrations, at least 0. Nothing is
+ * allocated, and nothing but the arguments is written: many threads may use one system.
+ */
+#ifndef PD_COMPONENTS_H
+#define PD_COMPONENTS_H
+
+/* A reaction at finite rate, by mass action. */
+typedef struct pd_kinetic {
+    double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
+    double nu[PD_SPECIES_MOST];   /* [-] of solutes */
+    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+} pd_kinetic;
+
+/* Solutes are numbered without the solvent. The components that reactions in equilibrium join come first. */
+typedef struct pd_components {
+    int solutes, count;          /* count: of components */
+    int joined;                  /* components that take part in reactions in equilibrium */
+    int place[PD_SPECIES_MOST];  /* solute of a species; -1: the solvent */
+    int charge[PD_SPECIES_MOST]; /* of solutes */
+    int master[PD_SPECIES_MOST]; /* solute that is the component */
+    double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] of component and solute */
+    int live, member[PD_SPECIES_MOST];          /* solutes of the joined components */
+    double ln_k[PD_SPECIES_MOST]; /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
+    int kinetics;
+    pd_kinetic kinetic[PD_REACTION_MOST];
+    double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
+} pd_components;
+
+#ifdef PDI_INTERNAL
+/* A system of `count` species, solutes and the solvent, and their reactions. temperature [K] is that of Davies'
+ * equation. PD_ERR_ARGUMENT: sizes, other phases, reactions that contradict each other. */
+PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                      int reaction_count, pd_activity activity, double temperature,
+                                      pd_components *components);
+/* c [solutes] [mol/m3], the guess: concentrations in equilibrium with the given totals [count] [mol/m3]. A total that
+ * no concentrations have leaves the nearest, which are next to 0. PD_NOT_CONVERGED: c is unchanged. */
+PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
+/* total [count] [mol/m3] of concentrations. */
+PDI_FN void pdi_components_totals(const pd_components *components, const double *c, double *total);
+/* How the solutes `member` follow the totals in equilibrium: by [live][joined + (1: with activities)] [-], the last
+ * column by the ionic strength of the others. */
+PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *by);
+/* Change of the concentrations with that of the totals. */
+PDI_FN void pdi_components_follow(const pd_components *components, const float *by, const double *total, double *c);
+static inline int pdi_components_columns(const pd_components *components)
+{
+    return components->joined + (components->debye > 0.0);
+}
+/* Speed [mol/m3/s] of a kinetic reaction; by [solutes] may be NULL: its derivatives [1/s]. */
+PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
+                                   double *by);
+/* ln gamma of a charge of 1. */
+PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
+#endif
+
+#endif
+
 /* ======== >>chemistry/electrolyte.h ======== */
 /* electrolyte: a solution as a recipe: species, reactions, amounts, a pH that is set, a charge that is closed; and its
  * equilibrium. */
@@ -3715,6 +3781,19 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
+/* Several fields that one flow carries, and sums of what leaves by each of them. */
+#define PDI_FLUX_FIELDS 32
+typedef struct pdi_flux_fields {
+    int count, sums;
+    const double *ratio;  /* [count] [-] of their diffusivities to that of the flux */
+    const double *wall;   /* [count] [mol/m3] what each holds on walls that hold; NaN: they are closed for it */
+    const double *c;      /* [count][total] with images and inlets */
+    const double *weight; /* [sums][count] [-] */
+    double *y;            /* [sums][total] [mol/m3/s] */
+} pdi_flux_fields;
+/* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
+ * them `rests`. */
+PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields);
 /* Arrays of a pd_flux that are lent for a step. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */
@@ -4103,6 +4182,172 @@ PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 /* Arrays of a pd_two_stage. */
 PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
 #endif
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>react/reactive.h ======== */
+/* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
+ *
+ * Implicit steps of any length solve for the totals of components (components.h), so reactions in equilibrium stay so
+ * at every node, and nothing is split. Each species has its own D; fluxes are those of transport.h, upwinded. Amounts
+ * are kept to rounding, converged or not: what a step leaves undone is carried on. Concentrations are at least 0.
+ */
+#ifndef PD_REACTIVE_H
+#define PD_REACTIVE_H
+
+#define PD_REACTIVE_ROWS 20 /* of a balance */
+#define PD_REACTIVE_NAME 16 /* [byte] of the name of one with its end */
+
+/* Zero-initialise. Entries of the solvent are not read. */
+typedef struct pd_reactive_desc {
+    const pd_species *species;   /* solutes, and the solvent where reactions name it */
+    int count;
+    const pd_reaction *reactions;
+    int reaction_count;
+    pd_activity activity;
+    double temperature;          /* [K] of the activities */
+    const double *initial;       /* [count] [mol/m3], brought to equilibrium */
+    const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
+    const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
+    pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
+    void *user;
+    double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
+    int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
+    int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
+    pd_arena *arena;             /* as of pd_transport_desc */
+} pd_reactive_desc;
+
+/* Amounts [mol, per m in planar 2D, per m2 in 1D] that only sides and sources change: an element, the charge, or what
+ * the solvent does not change of its elements, as H - 2 O. dissolved + carry = start + in - out + imbalance. */
+typedef struct pd_reactive_balance {
+    char name[PD_REACTIVE_NAME]; /* "Ca", "charge", "H-2O" */
+    double start, dissolved, carry; /* [mol] */
+    double in, out;   /* [mol] through inlets, outlets and held walls, and by sources (in) */
+    double imbalance; /* [mol] */
+    double relative; /* [-] over the sum of the sizes of all terms */
+} pd_reactive_balance;
+
+/* What a kinetic reaction does to the preconditioner. */
+typedef struct pd_reactive_filter {
+    double *absorb;     /* [total] [1/s] rate at which it brings itself to rest */
+    pd_flux flux;
+    pd_inverse inverse;
+} pd_reactive_filter;
+
+typedef struct pd_reactive {
+    pd_reactive_desc desc;    /* defaults filled in; the arrays of the caller are not kept */
+    pd_components components;
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    const pd_flow *flow;      /* NULL: fluid at rest */
+    int rows;                 /* of the balance */
+    char name[PD_REACTIVE_ROWS][PD_REACTIVE_NAME];
+    double part[PD_REACTIVE_ROWS][PD_SPECIES_MOST]; /* [-] of a solute in each row */
+    double start[PD_REACTIVE_ROWS];                 /* [mol] */
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];     /* [mol] of solutes since the start */
+    double ratio[PD_SPECIES_MOST];   /* [-] of the diffusivities to that of `diffusion` */
+    double wall[PD_SPECIES_MOST], closed[PD_SPECIES_MOST]; /* [mol/m3] held, NaN: not; 0 or NaN alike */
+    double inlet[PD_SPECIES_MOST];   /* [mol/m3] */
+    int proton;                      /* solute H+; -1: none */
+    int linear;                      /* 1: the equations are, in the totals */
+    pd_diffusion diffusion;
+    pd_boundary boundary;
+    pd_flux flux;
+    pd_inverse inverse;
+    pd_reactive_filter *filter;      /* [kinetics of the components] */
+    pd_krylov krylov;
+    pd_arena own;
+    double *c;      /* [solutes][total] [mol/m3] with inlets */
+    double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
+    double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
+    /* lent for a step: */
+    double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
+    double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
+    double *total;  /* [components][total] [mol/m3] totals at the start, with the carry */
+    double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
+    double *work;   /* [2][components][total] residual over its weight, correction */
+    double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
+    double *slope;  /* [components][total] [mol/m3] change of totals in it; or NULL */
+    double *part_of; /* [total] [mol/m3/s] work */
+    uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
+    double *rates;  /* [total] [1/s] of exchange */
+    float *by;      /* [total][slots] [-] how concentrations, and [1/s] how kinetic reactions follow the totals */
+    double *still;  /* [total] [1/s] zeros */
+    int slots;
+    double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
+    double dt;                       /* [s] of the stage at hand */
+} pd_reactive;
+
+#define pd_reactive_build PD_NAME(pd_reactive_build)
+#define pd_reactive_update PD_NAME(pd_reactive_update)
+#define pd_reactive_begin PD_NAME(pd_reactive_begin)
+#define pd_reactive_field PD_NAME(pd_reactive_field)
+#define pd_reactive_source PD_NAME(pd_reactive_source)
+#define pd_reactive_ph PD_NAME(pd_reactive_ph)
+#define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
+#define pd_reactive_free PD_NAME(pd_reactive_free)
+
+/* Grid, bonds and flow are borrowed; flow may be NULL. PD_ERR_ARGUMENT: a value is negative or not finite, a species
+ * is no solute, reactions contradict each other, or no equilibrium was found. */
+PD_API pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                   const pd_reactive_desc *desc, pd_reactive *reactive);
+/* After pd_bonds_update. Nodes that have turned fluid have what the caller puts there. */
+PD_API pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *reactive);
+/* After concentrations were set by hand: bring all nodes to equilibrium, and begin the balance anew.
+ * PD_ERR_ARGUMENT: a concentration is negative or not finite, or no equilibrium was found. */
+PD_API pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *reactive);
+/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent. */
+PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
+PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
+/* -log10 of the activity of H+ at a node, with mol/L; NaN: there is no such species. */
+PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
+/* Row `row` < reactive->rows of the balance. */
+PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
+PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
+
+#ifdef PDI_INTERNAL
+/* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
+PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
+PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
+/* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
+PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* The concentrations of a node. */
+static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
+}
+
+static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c, int32_t i, double *field)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) field[(int64_t)n * reactive->grid->total + i] = c[n];
+}
+#endif
+
+#endif
+
+/* ======== >>react/advance.h ======== */
+/* advance: steps in time of species that flow, diffuse and react (theory: 5c).
+ */
+#ifndef PD_ADVANCE_H
+#define PD_ADVANCE_H
+
+typedef struct pd_reactive_result {
+    int newton, krylov;
+    int parts;       /* shorter steps that led to the solution; 0: it was found at once */
+    double residual; /* [-] over the tolerance */
+    double error;    /* [-] of a step of order 2 in the totals, over the largest of each; 0: of order 1 */
+    int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds */
+} pd_reactive_result;
+
+#define pd_reactive_step PD_NAME(pd_reactive_step)
+
+/* One step of dt [s], of any length: by backward Euler, or the two stages of two_stage.h. Beyond all time scales it
+ * gives the steady state. PD_RETRY: no solution was found, and nothing has changed; a shorter step may do. */
+PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
 
 #endif
 #endif /* cut */
@@ -25093,6 +25338,581 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
     else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
     return status;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>chemistry/components.c ======== */
+/* components: see components.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A combination of stoichiometric numbers below this is zero. */
+#define PDI_COMPONENTS_ZERO 1e-9
+/* [mol/m3] Least concentration that a logarithm is taken of. */
+#define PDI_COMPONENTS_LEAST 1e-200
+/* Most steps of Newton, and most halvings of one. */
+#define PDI_COMPONENTS_STEPS 200
+#define PDI_COMPONENTS_HALVINGS 12
+/* Roundings of the sums that a total may be off by. */
+#define PDI_COMPONENTS_ROUND 4.0
+/* A total that is off by this share of its terms, and comes no nearer, is met. */
+#define PDI_COMPONENTS_NEAR 1e-11
+/* A formed species above this many times one that forms it becomes one of those. */
+#define PDI_COMPONENTS_SWAP 2.0
+/* Most change of a logarithm in a step. */
+#define PDI_COMPONENTS_LONGEST 700.0
+/* [-] change of the ionic strength, relative, at which its iteration ends, and most of its steps. */
+#define PDI_COMPONENTS_STRENGTH 1e-15
+#define PDI_COMPONENTS_STRENGTHS 40
+#define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+/* A matrix of solutes that are members, by joined components. */
+typedef double pdi_components_rows[PD_SPECIES_MOST][PD_SPECIES_MOST];
+
+/* A volume at work: the frequent members `head` form the others, by the rows of `m`. */
+typedef struct pdi_components_work {
+    const pd_components *s;
+    int rows, live;
+    int charge[PD_SPECIES_MOST];
+    double total[PD_SPECIES_MOST]; /* [mol/m3] joined */
+    double debye, others;          /* as of the system; [mol/m3] ionic strength of those that are not joined */
+    double ln_k[PD_SPECIES_MOST];  /* of members, by the heads */
+    int head[PD_SPECIES_MOST];     /* member of each row */
+    pdi_components_rows m, inverse; /* [rows][live], [rows][rows] */
+    double sum[PD_SPECIES_MOST], terms[PD_SPECIES_MOST]; /* [mol/m3] totals by the rows, and sizes of their terms */
+    double y[PD_SPECIES_MOST];     /* ln of activities of heads, with mol/m3 */
+    double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
+    double strength, davies, slope; /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
+} pdi_components_work;
+
+/* ---- a volume ---- */
+
+PDI_FN void pdi_components_totals(const pd_components *s, const double *c, double *total)
+{
+    for (int k = 0; k < s->count; k++) {
+        total[k] = c[s->master[k]];
+        for (int n = 0; n < s->live && k < s->joined; n++) {
+            int i = s->member[n];
+            if (i != s->master[k]) total[k] += s->m[k][i] * c[i];
+        }
+    }
+}
+
+static double pdi_components_square(int charge) { return (double)(charge * charge); }
+
+/* Half of the sum of z^2 times what is not joined: concentrations c of all, or changes of totals. */
+static double pdi_components_others(const pd_components *s, const double *total)
+{
+    double sum = 0.0;
+    for (int k = s->joined; k < s->count; k++)
+        sum += 0.5 * pdi_components_square(s->charge[s->master[k]]) * total[k];
+    return sum;
+}
+
+PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
+{
+    double slope, strength = 0.0;
+    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * fmax(c[i], 0.0);
+    return s->debye > 0.0 ? pdi_activity_davies(s->debye, strength, &slope) : 0.0;
+}
+
+/* Gauss and Jordan: from the most frequent member on, those that no others make are the heads. */
+static void pdi_components_reduce(pdi_components_work *w)
+{
+    const pd_components *s = w->s;
+    int order[PD_SPECIES_MOST], done[PD_SPECIES_MOST], rows = w->rows, live = w->live;
+    for (int n = 0; n < live; n++) {
+        int k = n;
+        for (; k > 0 && w->x[order[k - 1]] < w->x[n]; k--) order[k] = order[k - 1];
+        order[k] = n;
+    }
+    for (int r = 0; r < rows; r++) {
+        done[r] = 0;
+        for (int n = 0; n < live; n++) w->m[r][n] = s->m[r][s->member[n]];
+        for (int k = 0; k < rows; k++) w->inverse[r][k] = k == r ? 1.0 : 0.0;
+    }
+    for (int next = 0, found = 0; next < live && found < rows; next++) {
+        int n = order[next], best = -1;
+        double size = PDI_COMPONENTS_ZERO;
+        for (int r = 0; r < rows; r++) {
+            if (done[r] || !(fabs(w->m[r][n]) > size)) continue;
+            best = r;
+            size = fabs(w->m[r][n]);
+        }
+        if (best < 0) continue;
+        double scale = 1.0 / w->m[best][n];
+        for (int k = 0; k < live; k++) w->m[best][k] *= scale;
+        for (int k = 0; k < rows; k++) w->inverse[best][k] *= scale;
+        for (int r = 0; r < rows; r++) {
+            double factor = w->m[r][n];
+            if (r == best || factor == 0.0) continue;
+            for (int k = 0; k < live; k++) {
+                w->m[r][k] -= factor * w->m[best][k];
+                if (fabs(w->m[r][k]) < PDI_COMPONENTS_ZERO) w->m[r][k] = 0.0;
+            }
+            for (int k = 0; k < rows; k++) w->inverse[r][k] -= factor * w->inverse[best][k];
+        }
+        done[best] = 1;
+        w->head[best] = n;
+        found++;
+    }
+    for (int n = 0; n < live; n++) {
+        w->ln_k[n] = s->ln_k[s->member[n]];
+        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member[w->head[r]]];
+    }
+    for (int r = 0; r < rows; r++) {
+        w->sum[r] = w->terms[r] = 0.0;
+        for (int k = 0; k < rows; k++) {
+            w->sum[r] += w->inverse[r][k] * w->total[k];
+            w->terms[r] += fabs(w->inverse[r][k] * w->total[k]);
+        }
+        w->y[r] = w->x[w->head[r]] + w->davies * pdi_components_square(w->charge[w->head[r]]);
+    }
+}
+
+/* 1: a member is far more frequent than one of the heads that make it. */
+static int pdi_components_stale(const pdi_components_work *w)
+{
+    for (int r = 0; r < w->rows; r++)
+        for (int n = 0; n < w->live; n++)
+            if (w->m[r][n] != 0.0 && w->c[n] > PDI_COMPONENTS_SWAP * w->c[w->head[r]] &&
+                w->c[n] > PDI_COMPONENTS_LEAST)
+                return 1;
+    return 0;
+}
+
+/* Concentrations of the members from y. The ionic strength is that of its own concentrations. */
+static void pdi_components_members(pdi_components_work *w)
+{
+    for (int n = 0; n < w->live; n++) {
+        double ln = w->ln_k[n];
+        for (int r = 0; r < w->rows; r++)
+            if (w->m[r][n] != 0.0) ln += w->m[r][n] * w->y[r];
+        w->x[n] = ln;
+        w->c[n] = w->debye > 0.0 ? ln : exp(ln);
+    }
+    if (!(w->debye > 0.0)) return;
+    for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
+        double sum = w->others, by = 0.0;
+        w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+        for (int n = 0; n < w->live; n++) {
+            double square = pdi_components_square(w->charge[n]), c = exp(w->x[n] - square * w->davies);
+            w->c[n] = c;
+            sum += 0.5 * square * c;
+            by += 0.5 * square * square * c * w->slope;
+        }
+        double change = (sum - w->strength) / fmax(1.0 + by, 0.5);
+        if (!(fabs(change) > PDI_COMPONENTS_STRENGTH * w->strength)) break;
+        w->strength = fmax(w->strength + change, 0.1 * w->strength);
+    }
+    for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
+}
+
+/* Changes of the members with y, scaled: with y over the concentrations of the heads. `each`: those of their logarithms
+ * with the ionic strength of the others. */
+static void pdi_components_weights(const pdi_components_work *w, int scaled, pdi_components_rows weight, double *each)
+{
+    double fourth = 0.0;
+    for (int n = 0; n < w->live; n++) {
+        double square = pdi_components_square(w->charge[n]);
+        fourth += 0.5 * square * square * w->c[n] * w->slope;
+    }
+    for (int n = 0; n < w->live; n++)
+        each[n] = w->debye > 0.0 ? -pdi_components_square(w->charge[n]) * w->slope / (1.0 + fourth) : 0.0;
+    for (int r = 0; r < w->rows; r++) {
+        double half = 0.0, over = scaled ? w->c[w->head[r]] : 1.0;
+        for (int n = 0; n < w->live; n++) {
+            weight[r][n] = w->m[r][n] != 0.0 ? w->m[r][n] * (w->c[n] / over) : 0.0;
+            half += 0.5 * pdi_components_square(w->charge[n]) * weight[r][n];
+        }
+        for (int n = 0; n < w->live; n++) weight[r][n] += each[n] * half * w->c[n];
+    }
+}
+
+/* Solve a x = b of `rows` equations with `columns` right-hand sides, pivoted; x in b. What is singular stays 0. */
+static void pdi_components_linear(int rows, int columns, pdi_components_rows a, pdi_components_rows b)
+{
+    int at[PD_SPECIES_MOST], used[PD_SPECIES_MOST];
+    for (int r = 0; r < rows; r++) used[r] = 0;
+    for (int c = 0; c < rows; c++) {
+        int best = -1;
+        double size = DBL_EPSILON;
+        at[c] = -1;
+        for (int r = 0; r < rows; r++) {
+            if (used[r] || !(fabs(a[r][c]) > size)) continue;
+            best = r;
+            size = fabs(a[r][c]);
+        }
+        if (best < 0) continue;
+        at[c] = best;
+        used[best] = 1;
+        for (int r = 0; r < rows; r++) {
+            double factor = a[r][c] / a[best][c];
+            if (r == best || factor == 0.0) continue;
+            for (int k = c; k < rows; k++) a[r][k] -= factor * a[best][k];
+            for (int k = 0; k < columns; k++) b[r][k] -= factor * b[best][k];
+        }
+    }
+    pdi_components_rows x;
+    for (int c = 0; c < rows; c++)
+        for (int k = 0; k < columns; k++) x[c][k] = at[c] < 0 ? 0.0 : b[at[c]][k] / a[at[c]][c];
+    for (int c = 0; c < rows; c++)
+        for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
+}
+
+/* off[r] = ln(P/Q) of the two sides P = Q of the balance of row r, all terms positive; the largest size. *wrong: their
+ * largest difference over the sum of the terms. Totals that no concentrations have get Q next to 0. */
+static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *wrong)
+{
+    double worst = 0.0;
+    *wrong = 0.0;
+    for (int r = 0; r < w->rows; r++) {
+        double plus = 0.0, minus = 0.0, terms = w->terms[r];
+        for (int n = 0; n < w->live; n++) {
+            if (w->m[r][n] > 0.0) plus += w->m[r][n] * w->c[n];
+            else minus -= w->m[r][n] * w->c[n];
+        }
+        if (w->sum[r] > 0.0) minus += w->sum[r];
+        else if (minus > PDI_COMPONENTS_LEAST) plus -= w->sum[r];
+        else terms = PDI_COMPONENTS_LEAST / DBL_EPSILON;
+        minus = fmax(minus, PDI_COMPONENTS_LEAST);
+        plus = fmax(plus, DBL_MIN);
+        off[r] = log(plus / minus);
+        worst = fmax(worst, fabs(off[r]));
+        *wrong = fmax(*wrong, fabs(plus - minus) / (terms + plus + minus));
+        side[r][0] = plus;
+        side[r][1] = minus;
+    }
+    return worst;
+}
+
+/* Changes dy of y by Newton for the logarithms of the sides, which are nearly linear in it at any distance. */
+static void pdi_components_newton(const pdi_components_work *w, double (*side)[2], const double *off, double *dy)
+{
+    pdi_components_rows a, b, weight;
+    double each[PD_SPECIES_MOST];
+    pdi_components_weights(w, 0, weight, each);
+    for (int r = 0; r < w->rows; r++) {
+        for (int k = 0; k < w->rows; k++) a[r][k] = 0.0;
+        for (int n = 0; n < w->live; n++) {
+            if (w->m[r][n] == 0.0) continue;
+            double share = w->m[r][n] / side[r][w->m[r][n] < 0.0];
+            for (int k = 0; k < w->rows; k++) a[r][k] += share * weight[k][n];
+        }
+        b[r][0] = -off[r];
+    }
+    pdi_components_linear(w->rows, 1, a, b);
+    for (int r = 0; r < w->rows; r++)
+        dy[r] = fmin(fmax(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
+}
+
+/* The members of the totals. 0: none were found. */
+static int pdi_components_find(pdi_components_work *w)
+{
+    double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], wrong;
+    pdi_components_reduce(w);
+    pdi_components_members(w);
+    double worst = pdi_components_off(w, side, off, &wrong);
+    for (int step = 0; step < PDI_COMPONENTS_STEPS; step++) {
+        if (!(wrong > PDI_COMPONENTS_ROUND * DBL_EPSILON)) return 1;
+        if (pdi_components_stale(w)) {
+            pdi_components_reduce(w);
+            pdi_components_members(w);
+            worst = pdi_components_off(w, side, off, &wrong);
+        }
+        double before = worst, had = wrong, share = 1.0;
+        pdi_components_newton(w, side, off, dy);
+        memcpy(start, w->y, sizeof start);
+        for (int halving = 0; halving <= PDI_COMPONENTS_HALVINGS; halving++, share *= 0.5) {
+            for (int r = 0; r < w->rows; r++) w->y[r] = start[r] + share * dy[r];
+            pdi_components_members(w);
+            worst = pdi_components_off(w, side, off, &wrong);
+            if (worst < before) break;
+        }
+        if (!(worst < before)) return wrong < PDI_COMPONENTS_NEAR || had < PDI_COMPONENTS_NEAR;
+    }
+    return 0;
+}
+
+static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
+{
+    w->s = s;
+    w->rows = s->joined;
+    w->live = s->live;
+    w->debye = s->debye;
+    w->others = w->davies = w->slope = w->strength = 0.0;
+    for (int n = 0; n < s->live; n++) {
+        w->charge[n] = s->charge[s->member[n]];
+        w->c[n] = fmax(c[s->member[n]], PDI_COMPONENTS_LEAST);
+        w->x[n] = log(w->c[n]);
+    }
+}
+
+/* Ionic strength and activities of the concentrations. */
+static void pdi_components_ionic(pdi_components_work *w)
+{
+    if (!(w->debye > 0.0)) return;
+    w->strength = w->others;
+    for (int n = 0; n < w->live; n++) w->strength += 0.5 * pdi_components_square(w->charge[n]) * w->c[n];
+    w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+}
+
+PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
+{
+    pdi_components_work w;
+    double others = 0.0;
+    pdi_components_begin(s, c, &w);
+    for (int k = 0; k < s->joined; k++) w.total[k] = total[k];
+    for (int k = 0; k < s->count; k++)
+        if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
+    for (int k = s->joined; k < s->count; k++)
+        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * fmax(total[k], 0.0);
+    w.others = others;
+    pdi_components_ionic(&w);
+    if (s->joined && !pdi_components_find(&w)) {
+        if (!(s->debye > 0.0)) return PD_NOT_CONVERGED;
+        pdi_components_begin(s, c, &w); /* ideal ones are near, and found from anywhere */
+        w.debye = 0.0;
+        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+        w.debye = s->debye;
+        w.others = others;
+        pdi_components_ionic(&w);
+        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+    }
+    for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
+    return PD_OK;
+}
+
+PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+{
+    pdi_components_work w;
+    pdi_components_rows a, b, weight;
+    double each[PD_SPECIES_MOST];
+    int columns = pdi_components_columns(s);
+    if (!s->joined) return;
+    pdi_components_begin(s, c, &w);
+    for (int k = 0; k < s->joined; k++) w.total[k] = 0.0;
+    for (int k = s->joined; k < s->count; k++)
+        w.others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * c[s->master[k]];
+    pdi_components_ionic(&w);
+    pdi_components_reduce(&w);
+    pdi_components_weights(&w, 1, weight, each);
+    for (int r = 0; r < w.rows; r++) {
+        for (int k = 0; k < w.rows; k++) {
+            a[r][k] = 0.0;
+            for (int n = 0; n < w.live; n++) a[r][k] += w.m[r][n] * weight[k][n];
+            b[r][k] = w.inverse[r][k];
+        }
+        b[r][s->joined] = 0.0;
+        for (int n = 0; n < w.live; n++) b[r][s->joined] -= w.m[r][n] * each[n] * w.c[n];
+    }
+    pdi_components_linear(w.rows, columns, a, b);
+    for (int n = 0; n < w.live; n++)
+        for (int k = 0; k < columns; k++) {
+            double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
+            for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
+            by[n * columns + k] = (float)sum;
+        }
+}
+
+PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const double *total, double *c)
+{
+    int columns = pdi_components_columns(s);
+    double others = columns > s->joined ? pdi_components_others(s, total) : 0.0;
+    for (int n = 0; n < s->live; n++) {
+        double sum = columns > s->joined ? (double)by[s->joined] * others : 0.0;
+        for (int k = 0; k < s->joined; k++) sum += (double)by[k] * total[k];
+        c[s->member[n]] = sum;
+        by += columns;
+    }
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = total[k];
+}
+
+/* c^n and its derivative. */
+static double pdi_components_power(double c, double n, double *by)
+{
+    if (n == 1.0) {
+        *by = 1.0;
+        return c;
+    }
+    *by = n * pow(c, n - 1.0);
+    return n == 2.0 ? c * c : pow(c, n);
+}
+
+PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by)
+{
+    double product[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST];
+    product[0] = kinetic->forward;
+    product[1] = kinetic->backward;
+    for (int i = 0; i < s->solutes; i++) {
+        if (kinetic->nu[i] == 0.0) continue;
+        power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
+        product[kinetic->nu[i] > 0.0] *= power[i];
+    }
+    for (int i = 0; i < s->solutes && by; i++) {
+        int way = kinetic->nu[i] > 0.0;
+        by[i] = 0.0;
+        if (kinetic->nu[i] == 0.0) continue;
+        double rest = (way ? -kinetic->backward : kinetic->forward) * slope[i];
+        for (int j = 0; j < s->solutes; j++)
+            if (j != i && kinetic->nu[j] != 0.0 && (kinetic->nu[j] > 0.0) == way) rest *= power[j];
+        by[i] = rest;
+    }
+    return product[0] - product[1];
+}
+
+/* ---- the system ---- */
+
+/* Rows of reactions in equilibrium among solutes, reduced. */
+typedef struct pdi_components_reactions {
+    int rows;
+    double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
+    int made[PD_REACTION_MOST]; /* solute; -1: none */
+} pdi_components_reactions;
+
+/* The solute that row r makes: one that few others have, and with a number of 1. -1: the row is empty. */
+static int pdi_components_choose(const pd_components *s, const pdi_components_reactions *e, int r)
+{
+    int best = -1;
+    double least = HUGE_VAL;
+    for (int i = 0; i < s->solutes; i++) {
+        if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ZERO)) continue;
+        double cost = fabs(fabs(e->nu[r][i]) - 1.0);
+        for (int k = 0; k < e->rows; k++) cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ZERO ? 1.0 : 0.0;
+        if (cost > least) continue;
+        best = i;
+        least = cost;
+    }
+    return best;
+}
+
+static void pdi_components_eliminate(const pd_components *s, pdi_components_reactions *e, int r)
+{
+    int made = e->made[r];
+    double scale = 1.0 / e->nu[r][made];
+    for (int i = 0; i < s->solutes; i++) e->nu[r][i] *= scale;
+    e->ln_k[r] *= scale;
+    for (int k = 0; k < e->rows; k++) {
+        double factor = e->nu[k][made];
+        if (k == r || factor == 0.0) continue;
+        for (int i = 0; i < s->solutes; i++) {
+            e->nu[k][i] -= factor * e->nu[r][i];
+            if (fabs(e->nu[k][i]) < PDI_COMPONENTS_ZERO) e->nu[k][i] = 0.0;
+        }
+        e->ln_k[k] -= factor * e->ln_k[r];
+    }
+}
+
+/* Components in order: those that are joined first. */
+static void pdi_components_order(const pdi_components_reactions *e, pd_components *s)
+{
+    int row[PD_SPECIES_MOST], joined[PD_SPECIES_MOST];
+    for (int i = 0; i < s->solutes; i++) {
+        row[i] = -1;
+        joined[i] = 0;
+        for (int r = 0; r < e->rows; r++) {
+            if (e->made[r] == i) row[i] = r;
+            if (e->made[r] >= 0 && e->nu[r][i] != 0.0) joined[i] = 1;
+        }
+        if (joined[i]) s->member[s->live++] = i;
+    }
+    for (int first = 1; first >= 0; first--) {
+        for (int i = 0; i < s->solutes; i++)
+            if (row[i] < 0 && joined[i] == first) s->master[s->count++] = i;
+        if (first) s->joined = s->count;
+    }
+    for (int k = 0; k < s->count; k++)
+        for (int i = 0; i < s->solutes; i++) {
+            s->m[k][i] = i == s->master[k] ? 1.0 : 0.0;
+            if (row[i] >= 0) s->m[k][i] = -e->nu[row[i]][s->master[k]];
+        }
+    for (int i = 0; i < s->solutes; i++) {
+        double molar = log(PDI_COMPONENTS_MOLAR);
+        if (row[i] < 0) continue;
+        s->ln_k[i] = e->ln_k[row[i]] + molar;
+        for (int k = 0; k < s->count; k++) s->ln_k[i] -= s->m[k][i] * molar;
+    }
+}
+
+static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reaction,
+                                         pdi_components_reactions *e, pd_components *s)
+{
+    double nu[PD_SPECIES_MOST];
+    memset(nu, 0, sizeof nu);
+    for (int i = 0; i < count; i++)
+        if (s->place[i] >= 0) nu[s->place[i]] = reaction->nu[i];
+    for (int i = 0; i < count; i++)
+        if (reaction->nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLVENT)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
+                            reaction->name, species[i].name);
+    if (reaction->kinetic) {
+        pd_kinetic *kinetic = &s->kinetic[s->kinetics++];
+        kinetic->forward = reaction->forward;
+        kinetic->backward = reaction->backward;
+        memcpy(kinetic->nu, nu, sizeof nu);
+        return PD_OK;
+    }
+    memcpy(e->nu[e->rows], nu, sizeof nu);
+    e->ln_k[e->rows] = reaction->ln_k;
+    e->made[e->rows++] = -1;
+    return PD_OK;
+}
+
+static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                     int reaction_count, pd_components *s)
+{
+    pdi_components_reactions e;
+    memset(&e, 0, sizeof e);
+    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0 || reaction_count > PD_REACTION_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%d species and %d reactions, expected 1 to %d species and "
+                        "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
+    for (int i = 0; i < count; i++) {
+        s->place[i] = -1;
+        if (species[i].phase == PD_PHASE_SOLVENT) continue;
+        if (species[i].phase != PD_PHASE_SOLUTE)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes and water alone",
+                            species[i].name);
+        s->charge[s->solutes] = species[i].charge;
+        s->place[i] = s->solutes++;
+    }
+    if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
+    for (int r = 0; r < reaction_count; r++)
+        PDI_TRY(pdi_components_reaction(ctx, species, count, &reactions[r], &e, s));
+    for (int r = 0; r < e.rows; r++) {
+        e.made[r] = pdi_components_choose(s, &e, r);
+        if (e.made[r] >= 0) pdi_components_eliminate(s, &e, r);
+        else if (fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
+                            "product of theirs: leave one out", reactions[r].name);
+    }
+    pdi_components_order(&e, s);
+    for (int r = 0; r < s->kinetics; r++) pdi_components_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                      int reaction_count, pd_activity activity, double temperature, pd_components *s)
+{
+    memset(s, 0, sizeof *s);
+    pd_status status = pdi_components_fill(ctx, species, count, reactions, reaction_count, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    return status;
+}
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
 
 /* ======== >>chemistry/electrolyte.c ======== */
 /* electrolyte: see electrolyte.h */
@@ -26725,6 +27545,54 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_apply_block(s, i, row, -1, count);
 }
 
+/* The same for several fields: a bond is asked once. */
+typedef struct pdi_flux_fields_sweep {
+    const pd_flux *t;
+    const pdi_flux_fields *f;
+} pdi_flux_fields_sweep;
+
+PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pd_flux *t = s->t;
+    const pdi_flux_fields *f = s->f;
+    const double *hold = t->diffusion->wall_rate;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_FLUX_FIELDS][PDI_BLOCK];
+    for (int n = 0; n < f->count; n++) {
+        const double *c = f->c + n * total + i;
+        int open = hold && f->wall[n] == f->wall[n];
+        for (int b = 0; b < count; b++) sum[n][b] = open ? f->ratio[n] * hold[i + b] * (c[b] - f->wall[n]) : 0.0;
+    }
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double part = 0.5 * p.turn;
+        for (int n = 0; n < f->count; n++) {
+            const double *c = f->c + n * total + i, *next = c + p.next, *before = c + p.before;
+            double ratio = f->ratio[n], *PD_RESTRICT to = sum[n];
+            for (int b = 0; b < count; b++)
+                to[b] += pdi_flux_leave(0.5 * flux[b], ratio * ahead[b], c[b], next[b]) +
+                         pdi_flux_leave(part * back[b], ratio * behind[b], c[b], before[b]);
+        }
+    }
+    for (int m = 0; m < f->sums; m++) {
+        double *PD_RESTRICT y = f->y + m * total + i;
+        const double *weight = f->weight + (int64_t)m * f->count;
+        for (int b = 0; b < count; b++) y[b] = 0.0;
+        for (int n = 0; n < f->count; n++)
+            for (int b = 0; b < count && weight[n] != 0.0; b++) y[b] += weight[n] * sum[n][b];
+    }
+}
+
+static void pdi_flux_fields_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_flux_fields_sweep *s = (const pdi_flux_fields_sweep *)user;
+    if (place >= 0) pdi_flux_fields_block(s, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_fields_block(s, i, row, -1, count);
+}
+
 /* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
 static inline double pdi_flux_rate(double flux, double least, double room)
 {
@@ -26896,6 +27764,15 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
+}
+
+PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields)
+{
+    pdi_flux_fields_sweep s;
+    s.t = t;
+    s.f = fields;
+    pdi_traverse_blocks(ctx, t->boundary, t->bonds->grid->fluid_count * t->bonds->stencil->count * 2 * fields->count,
+                        pdi_flux_fields_nodes, &s);
 }
 
 PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y)
@@ -28798,6 +29675,937 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>react/reactive.c ======== */
+/* reactive: see reactive.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#if PDI_FLUX_FIELDS < PD_SPECIES_MOST
+#error "the fields of a sweep have to hold all species"
+#endif
+
+/* Basis vectors of the linear solver. */
+#define PDI_REACTIVE_BASIS 20
+#define PDI_REACTIVE_TOLERANCE 1e-10
+#define PDI_REACTIVE_STEPS 60
+
+PDI_COLD_BEGIN
+PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->desc.arena : &r->own; }
+
+/* ---- what it holds ---- */
+
+double *pd_reactive_field(pd_reactive *r, int species)
+{
+    int n = r->components.place[species];
+    return n < 0 ? NULL : r->c + (int64_t)n * r->grid->total;
+}
+
+double *pd_reactive_source(pd_reactive *r, int species)
+{
+    int n = r->components.place[species];
+    return n < 0 ? NULL : r->source + (int64_t)n * r->grid->total;
+}
+
+double pd_reactive_ph(const pd_reactive *r, int32_t node)
+{
+    double c[PD_SPECIES_MOST];
+    if (r->proton < 0) return NAN;
+    pdi_reactive_get(r, r->c, node, c);
+    return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
+static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, double *size)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
+            double part = r->part[row][carried ? s->master[n] : n];
+            double term = around * part * (carried ? r->carry : r->c)[n * total + i];
+            pdi_sum_add(&sum, term);
+            *size += fabs(term) * r->bonds->stencil->volume;
+        }
+    }
+    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_reactive_balance *b)
+{
+    double size = 0.0;
+    (void)ctx;
+    memset(b, 0, sizeof *b);
+    memcpy(b->name, r->name[row], sizeof b->name);
+    b->start = r->start[row];
+    b->dissolved = pdi_reactive_amount(r, row, 0, &size);
+    b->carry = pdi_reactive_amount(r, row, 1, &size);
+    for (int n = 0; n < r->components.solutes; n++) {
+        b->in += r->part[row][n] * r->in[n];
+        b->out += r->part[row][n] * r->out[n];
+        size += fabs(r->part[row][n]) * (fabs(r->in[n]) + fabs(r->out[n]));
+    }
+    b->imbalance = b->dissolved + b->carry + b->out - b->in - b->start;
+    b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
+}
+
+PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
+{
+    const pd_components *s = &r->components;
+    const pd_grid *grid = r->grid;
+    int64_t total = grid->total;
+    pdi_sum in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];
+    memset(in, 0, sizeof in);
+    memset(out, 0, sizeof out);
+    for (int32_t i = 0; i < grid->total; i++) {
+        double around = pdi_grid_circumference(grid, i);
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++) {
+            pdi_sum_add(&in[n], r->source[n * total + i] * around);
+            if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
+            double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
+        }
+    }
+    for (int32_t p = 0; p < r->boundary.count; p++) {
+        int32_t i = r->boundary.node[p];
+        double around = pdi_grid_circumference(grid, i), flux, bond, upwind;
+        for (int k = 0; k < r->bonds->stencil->count; k++) {
+            int32_t j = i + r->bonds->paths.shift[k];
+            if (!pdi_flux_open(&r->flux, i, k)) continue;
+            if (grid->kind[j] != PD_OUTLET && grid->kind[j] != PD_INLET) continue;
+            pdi_flux_bond(&r->flux, i, k, &flux, &bond, &upwind);
+            for (int n = 0; n < s->solutes; n++) {
+                double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
+                double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
+                                                             (there - here);
+                pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
+                            around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
+            }
+        }
+    }
+    for (int n = 0; n < s->solutes; n++) {
+        r->in[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&in[n]);
+        r->out[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&out[n]);
+    }
+}
+
+/* A row of the balance: `times` atoms of an element less `less` of another (0: none). */
+static void pdi_reactive_row(const pd_species *species, int count, int element, int less, int times, pd_reactive *r)
+{
+    char one[8], other[8];
+    if (r->rows == PD_REACTIVE_ROWS - 1) return;
+    pdi_species_symbol(element, one);
+    r->name[r->rows][0] = 0;
+    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "%s", one);
+    if (less) {
+        pdi_species_symbol(less, other);
+        pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
+    }
+    for (int i = 0; i < count; i++) {
+        int n = r->components.place[i];
+        if (n < 0) continue;
+        r->part[r->rows][n] = pdi_species_atoms(&species[i], element);
+        if (less) r->part[r->rows][n] -= times * pdi_species_atoms(&species[i], less);
+    }
+    r->rows++;
+}
+
+/* Elements that the solvent has not, in order; then of those that it has one less another; then the charge. */
+static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive *r)
+{
+    const pd_species *solvent = NULL;
+    for (int i = 0; i < count; i++)
+        if (species[i].phase == PD_PHASE_SOLVENT) solvent = &species[i];
+    for (int e = 1; e < 119; e++) {
+        int there = 0;
+        for (int i = 0; i < count; i++)
+            if (species[i].phase == PD_PHASE_SOLUTE && pdi_species_atoms(&species[i], e)) there = 1;
+        if (there && !(solvent && pdi_species_atoms(solvent, e))) pdi_reactive_row(species, count, e, 0, 0, r);
+    }
+    for (int e = 1; solvent && e < 119; e++) { /* H2O: H less 2 O */
+        int last = solvent->element[solvent->elements - 1], atoms = pdi_species_atoms(solvent, last);
+        if (e == last || !pdi_species_atoms(solvent, e) || atoms != 1) continue;
+        pdi_reactive_row(species, count, e, last, pdi_species_atoms(solvent, e), r);
+    }
+    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "charge");
+    for (int n = 0; n < r->components.solutes; n++) r->part[r->rows][n] = r->components.charge[n];
+    r->rows++;
+}
+
+/* ---- the object ---- */
+
+/* Bring c [solutes] to the equilibrium of its totals. */
+static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
+{
+    double total[PD_SPECIES_MOST];
+    for (int n = 0; n < r->components.solutes; n++)
+        if (!(c[n] >= 0.0) || !(c[n] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
+                            "value of at least 0", where, n + 1, r->components.solutes, c[n]);
+    pdi_components_totals(&r->components, c, total);
+    if (pdi_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
+}
+
+static void pdi_reactive_fill(pd_reactive *r, uint8_t kind, const double *c)
+{
+    for (int32_t i = 0; i < r->grid->total; i++)
+        if (r->grid->kind[i] == kind) pdi_reactive_put(r, c, i, r->c);
+}
+
+pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        PDI_TRY(pdi_reactive_settle(ctx, r, "a node", c));
+        pdi_reactive_put(r, c, i, r->c);
+    }
+    pdi_reactive_fill(r, PD_INLET, r->inlet);
+    memset(r->carry, 0, (size_t)r->components.count * (size_t)r->grid->total * sizeof *r->carry);
+    memset(r->in, 0, sizeof r->in);
+    memset(r->out, 0, sizeof r->out);
+    for (int row = 0; row < r->rows; row++) r->start[row] = pdi_reactive_amount(r, row, 0, &size);
+    return PD_OK;
+}
+
+PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
+{
+    pd_reactive *reactive = (pd_reactive *)object;
+    if (!reactive->grid) return;
+    int64_t total = reactive->grid->total;
+    PDI_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
+    PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
+    if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
+}
+
+/* Values of the desc in the order of the solutes. */
+static void pdi_reactive_pick(const pd_reactive *r, const double *of, double *c)
+{
+    for (int i = 0; i < r->desc.count; i++)
+        if (r->components.place[i] >= 0) c[r->components.place[i]] = of ? of[i] : 0.0;
+}
+
+/* The mean diffusivity of the fluxes, and what the species have of it. */
+static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *species, pd_reactive *r)
+{
+    double least = HUGE_VAL, most = 0.0, of[PD_SPECIES_MOST];
+    int even = 1;
+    for (int i = 0; i < r->desc.count; i++) {
+        int n = r->components.place[i];
+        double d = species[i].diffusivity;
+        if (n < 0) continue;
+        if (!(d >= 0.0) || !(d < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
+                            "0", species[i].name, d);
+        of[n] = d;
+        if (d > 0.0) least = fmin(least, d);
+        most = fmax(most, d);
+        if (strcmp(species[i].name, "H+") == 0) r->proton = n;
+    }
+    r->diffusion.desc.diffusivity = most > 0.0 ? (least < most ? sqrt(least * most) : most) : 0.0;
+    for (int n = 0; n < r->components.solutes; n++) {
+        r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
+        if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
+    }
+    r->linear = !r->components.kinetics && (even || !r->components.joined);
+    return PD_OK;
+}
+
+static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->components = r->components.count;
+    kd->n = (int64_t)kd->components * r->grid->total;
+    kd->spans = &r->bonds->spans;
+    kd->restart = PDI_REACTIVE_BASIS;
+    kd->most = 10 * PDI_REACTIVE_BASIS;
+    kd->flexible = 1;
+    kd->compressed = 1;
+    kd->zero_guess = 1;
+}
+
+PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
+{
+    pd_reactive *reactive = (pd_reactive *)object;
+    const pd_components *s = &reactive->components;
+    int64_t total = reactive->grid->total;
+    PDI_RAW(owner, reactive, begin, s->solutes * total, "mol/m3");
+    PDI_RAW(owner, reactive, base, s->solutes * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, total, s->count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, move, s->solutes * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
+    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
+    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, part_of, total, "mol/m3/s");
+    PDI_ARRAY(owner, reactive, spent, s->count * total, "1");
+    PDI_ARRAY(owner, reactive, rates, 2 * total, "1/s");
+    PDI_RAW(owner, reactive, by, reactive->slots * total, "");
+    PDI_ARRAY(owner, reactive, still, total, "1/s");
+    pdi_flux_list(owner, &reactive->flux);
+    pdi_inverse_list(owner, &reactive->inverse);
+    for (int n = 0; n < s->kinetics; n++) {
+        pd_reactive_filter *filter = &reactive->filter[n];
+        PDI_ARRAY(owner, filter, absorb, total, "1/s");
+        pdi_inverse_list(owner, &filter->inverse);
+    }
+}
+
+static size_t pdi_reactive_room(pd_reactive *r)
+{
+    size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
+    return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
+}
+
+static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+{
+    pd_multigrid_desc md;
+    pd_krylov_desc kd;
+    pdi_compact_multigrid(r->grid, &md);
+    md.symmetric = r->flow == NULL;
+    md.arena = pdi_reactive_arena(r);
+    r->inverse.flux = &r->flux;
+    r->inverse.spread = 1.0;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
+    for (int n = 0; n < r->components.kinetics; n++) {
+        r->filter[n].flux = r->flux;
+        r->filter[n].inverse.flux = &r->filter[n].flux;
+        r->filter[n].inverse.spread = 1.0;
+        PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
+    }
+    pdi_reactive_krylov(r, &kd);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &r->krylov));
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &r->krylov));
+    return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
+}
+
+static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                   const pd_reactive_desc *desc, pd_reactive *r)
+{
+    double c[PD_SPECIES_MOST];
+    memset(r, 0, sizeof *r);
+    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
+                                desc->temperature, &r->components));
+    if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
+        desc->order > 2 || !desc->initial)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
+                        "at the start: %s; expected a tolerance of 0 to 1, at least 0 steps, order 1 or 2, "
+                        "concentrations", desc->tolerance, desc->most, desc->order, desc->initial ? "yes" : "none");
+    r->desc = *desc;
+    if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = PDI_REACTIVE_TOLERANCE;
+    if (!r->desc.most) r->desc.most = PDI_REACTIVE_STEPS;
+    r->grid = grid;
+    r->bonds = bonds;
+    r->flow = flow;
+    r->proton = -1;
+    r->slots = r->components.live * pdi_components_columns(&r->components) +
+               r->components.kinetics * r->components.count;
+    if (!r->slots) r->slots = 1;
+    PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
+    pdi_reactive_rows(desc->species, desc->count, r);
+    pdi_reactive_pick(r, desc->wall, r->wall);
+    for (int n = 0; n < r->components.solutes; n++) {
+        if (!desc->held || !desc->wall) r->wall[n] = NAN;
+        r->closed[n] = r->wall[n] == r->wall[n] ? 0.0 : NAN;
+        if (r->wall[n] < 0.0 || r->wall[n] > 1e100)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
+                            "least 0", r->wall[n]);
+    }
+    PDI_TRY(pdi_owner_build(ctx, pdi_reactive_list, r));
+    pdi_reactive_pick(r, desc->inlet ? desc->inlet : desc->initial, r->inlet);
+    pdi_reactive_pick(r, desc->initial, c);
+    PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
+    PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
+    pdi_reactive_fill(r, PD_FLUID, c);
+    pd_diffusion_desc dd;
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = r->diffusion.desc.diffusivity;
+    dd.held = desc->wall ? desc->held : NULL;
+    dd.user = desc->user;
+    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
+    PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
+    r->flux.bonds = bonds;
+    r->flux.flow = flow;
+    r->flux.diffusion = &r->diffusion;
+    r->flux.boundary = &r->boundary;
+    PDI_TRY(pdi_flux_build(ctx, &r->flux));
+    PDI_TRY(pdi_reactive_solvers(ctx, r));
+    r->desc.species = NULL;
+    r->desc.reactions = NULL;
+    r->desc.initial = r->desc.inlet = r->desc.wall = NULL;
+    return pd_reactive_begin(ctx, r);
+}
+
+pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                            const pd_reactive_desc *desc, pd_reactive *r)
+{
+    pd_status status = pdi_reactive_make(ctx, grid, bonds, flow, desc, r);
+    if (status < 0) pd_reactive_free(ctx, r);
+    return status;
+}
+
+pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
+{
+    PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
+    PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
+    pdi_reactive_fill(r, PD_INLET, r->inlet);
+    return pdi_flux_fit(ctx, &r->flux);
+}
+
+void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_flux_free(ctx, &r->flux);
+    pdi_boundary_free(ctx, &r->boundary);
+    pdi_diffusion_free(ctx, &r->diffusion);
+    pdi_inverse_free(ctx, &r->inverse);
+    for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
+    pdi_krylov_free(ctx, &r->krylov);
+    pdi_owner_free(ctx, pdi_reactive_list, r);
+    pd_arena_free(ctx, &r->own);
+    memset(r, 0, sizeof *r);
+}
+PDI_COLD_END
+
+/* ======== >>react/advance.c ======== */
+/* advance: see advance.h
+ *
+ * Design: Newton's method in the totals. A step of it moves totals; concentrations follow by the equilibrium of each
+ * node, so iterates have no negative ones, and fronts where a species is used up are kinks of c(T) and not of T. The
+ * linear systems are solved by GMRES with the derivatives dc/dT of each node.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Roundings of what a node exchanges that its balance may be off by. */
+#define PDI_ADVANCE_ROUND 32.0
+/* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
+#define PDI_ADVANCE_FREE 12
+#define PDI_ADVANCE_RISE 1e3
+#define PDI_ADVANCE_HALVINGS 10
+/* Tries with shorter steps, and their ratio. */
+#define PDI_ADVANCE_PARTS 8
+#define PDI_ADVANCE_SHORTER 8.0
+/* [mol/m3] that is nothing. */
+#define PDI_ADVANCE_NONE 1e-150
+/* Share of the largest value by which a field may leave its bounds. */
+#define PDI_ADVANCE_SLACK 1e-9
+/* Share of a residual that the linear solver leaves at least: its basis has single precision. */
+#define PDI_ADVANCE_SINGLE 1e-5
+
+static int pdi_advance_threads(const pd_ctx *ctx, const pd_reactive *r)
+{
+    return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
+}
+
+/* Images of several fields. */
+static void pdi_advance_images(const pd_reactive *r, double *fields)
+{
+    for (int n = 0; n < r->components.solutes; n++)
+        pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
+}
+
+/* y [components]: what leaves by the fields, over the weights. */
+static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const double *fields, const double *wall,
+                               double *y)
+{
+    const pd_components *s = &r->components;
+    double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
+    pdi_flux_fields f;
+    for (int k = 0; k < s->count; k++)
+        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    f.count = s->solutes;
+    f.sums = s->count;
+    f.ratio = r->ratio;
+    f.wall = wall;
+    f.c = fields;
+    f.weight = weight;
+    f.y = y;
+    pdi_flux_apply_fields(ctx, &r->flux, &f);
+}
+
+/* What the balances of node i lack beside what leaves: in time, by sources and kinetic reactions [mol/m3/s]. */
+static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_reactive_get(r, r->source, i, source);
+    pdi_components_totals(s, c, lack);
+    pdi_components_totals(s, source, gain);
+    for (int k = 0; k < s->count; k++)
+        lack[k] = (r->total[(int64_t)k * r->grid->total + i] - lack[k]) / r->dt + gain[k];
+    for (int n = 0; n < s->kinetics; n++) {
+        double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
+    }
+}
+
+/* 1: no solute of component k is at node i. */
+static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double sum = 0.0;
+    for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[(int64_t)n * r->grid->total + i];
+    return !(sum > PDI_ADVANCE_NONE);
+}
+
+/* work = what the balances lack over their weights; the norm of what can be met. */
+static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
+    double *work = r->work;
+    (void)nt;
+    pdi_advance_images(r, r->c);
+    pdi_advance_leave(ctx, r, r->c, r->wall, work);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double lack[PD_SPECIES_MOST];
+        for (int k = 0; k < count; k++) r->move[k * total + i] = 0.0; /* images had changes */
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_advance_lack(r, i, lack);
+        for (int k = 0; k < count; k++) {
+            int64_t at = k * total + i;
+            work[at] = lack[k] / r->weight[k] - work[at];
+            r->spent[at] = work[at] < 0.0 && pdi_advance_absent(r, k, i);
+            r->move[at] = r->spent[at] ? 0.0 : work[at];
+        }
+    }
+    return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
+}
+
+/* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
+static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
+    pdi_advance_residual(ctx, r);
+    for (int k = 0; k < s->count; k++) {
+        double *work = r->work + k * total, *size = r->part_of;
+        double first = sqrt(pdi_par_dot(ctx, total, work, work)), held = 0.0, rounding = 0.0;
+        for (int32_t i = 0; i < (int32_t)total; i++) {
+            double sum = 0.0;
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+            size[i] = sum * (1.0 / r->dt + r->rates[i]);
+            held += sum / r->dt * (sum / r->dt);
+        }
+        rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+        r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
+        if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
+    }
+}
+
+/* ---- linear systems ---- */
+
+typedef struct pdi_advance_user {
+    pd_ctx *ctx;
+    pd_reactive *r;
+} pdi_advance_user;
+
+/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
+static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+        float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_derive(s, c, by);
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double rate = 0.0;
+            pdi_components_speed(s, &s->kinetic[n], c, slope);
+            for (int k = 0; k < s->count; k++) {
+                double sum = 0.0;
+                memset(one, 0, sizeof one);
+                one[k] = 1.0;
+                pdi_components_follow(s, by, one, along);
+                for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
+                row[k] = (float)sum;
+                rate -= (double)row[k] * s->kinetic[n].gain[k];
+            }
+            r->filter[n].absorb[i] = fmax(rate, 0.0);
+        }
+    }
+    for (int n = 0; n < s->kinetics; n++)
+        PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
+    return PD_OK;
+}
+
+/* What is spent has no equation. */
+static void pdi_advance_spend(const pd_reactive *r, double *y)
+{
+    int64_t size = r->components.count * (int64_t)r->grid->total;
+    for (int64_t at = 0; at < size; at++)
+        if (r->spent[at]) y[at] = 0.0;
+}
+
+/* y = J x, in totals over weights. */
+static void pdi_advance_apply(void *user, const double *x, double *y)
+{
+    pdi_advance_user *u = (pdi_advance_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(u->ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
+        pdi_reactive_put(r, c, i, r->move);
+    }
+    pdi_advance_images(r, r->move);
+    pdi_advance_leave(u->ctx, r, r->move, r->closed, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + tables;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) y[k * total + i] += x[k * total + i] / r->dt;
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double speed = 0.0;
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
+        }
+    }
+    pdi_advance_spend(r, y);
+}
+
+/* Split off what kinetic reaction n brings to rest: x loses it, part_of is its extent. */
+static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *x)
+{
+    const pd_components *s = &r->components;
+    const double *gain = s->kinetic[n].gain;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r), at = s->live * pdi_components_columns(s) + n * s->count;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double speed = 0.0, rate = r->filter[n].absorb[i];
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(rate > DBL_MIN)) continue;
+        for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = -speed / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+}
+
+/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
+ * rate. */
+static void pdi_advance_precondition(void *user, const double *x, double *y)
+{
+    pdi_advance_user *u = (pdi_advance_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *rest = r->move;
+    if (!s->kinetics) {
+        for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
+        pdi_advance_spend(r, y);
+        return;
+    }
+    pdi_par_copy(u->ctx, s->count * total, x, rest);
+    pdi_par_zero(u->ctx, s->count * total, y);
+    for (int n = 0; n < s->kinetics; n++) {
+        pdi_advance_split(u->ctx, r, n, rest);
+        pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
+        for (int k = 0; k < s->count; k++)
+            pdi_par_axpy(u->ctx, total, s->kinetic[n].gain[k] / r->weight[k], r->rates + total, y + k * total);
+    }
+    for (int k = 0; k < s->count; k++) {
+        pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
+        pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
+    }
+    pdi_advance_spend(r, y);
+}
+
+/* The correction behind the residual, to a share of it or to `goal`. */
+static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share, double goal,
+                                        pd_reactive_result *result)
+{
+    pdi_advance_user user;
+    pd_krylov_result linear;
+    pd_arena *arena = pdi_reactive_arena(r);
+    user.ctx = ctx;
+    user.r = r;
+    r->krylov.desc.rtol = share;
+    r->krylov.desc.atol = goal;
+    PDI_TRY(pdi_advance_derive(ctx, r));
+    pdi_advance_spend(r, r->work);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
+                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
+    result->krylov += linear.iterations;
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
+}
+
+/* ---- Newton's method ---- */
+
+/* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
+ * NaN. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    const double *delta = r->work + s->count * total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->base, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
+        if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        pdi_reactive_put(r, c, i, r->c);
+    }
+}
+
+/* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
+static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
+{
+    double before = *norm, share = 1.0;
+    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
+    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
+        pdi_advance_move(ctx, r, share);
+        *norm = pdi_advance_residual(ctx, r);
+        if (*norm < (halving ? before : room * before)) return 1;
+    }
+    return 0;
+}
+
+/* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
+static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    r->dt = dt;
+    pdi_advance_weigh(ctx, r);
+    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
+    double norm = pdi_advance_residual(ctx, r);
+    for (int step = 0; norm > goal; step++) {
+        if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
+        PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
+        pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
+        if (status < 0) return status;
+        double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
+        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        if (!r->linear) share = pdi_krylov_forcing(norm / before);
+        result->newton++;
+    }
+    result->residual = norm / goal;
+    return PD_OK;
+}
+
+/* The same for the whole step; where that fails, by way of shorter ones from the same start. */
+static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double now = dt;
+    for (int part = 0; part <= PDI_ADVANCE_PARTS;) {
+        pd_status status = pdi_advance_newton(ctx, r, now, result);
+        if (status < 0) return status;
+        if (status == PD_OK && now >= dt) return PD_OK;
+        if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
+        else {
+            pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+            now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
+            result->parts++;
+        }
+    }
+    return PD_RETRY;
+}
+
+/* ---- a step ---- */
+
+/* Totals at the start with what is owed. */
+static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    pdi_par_copy(ctx, s->solutes * total, r->c, r->begin);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
+    }
+}
+
+/* carry: what the stages leave undone, dt [s] times that of the last one and `first` [s] times that of the first. */
+static void pdi_advance_owe(pd_reactive *r, double dt, double first)
+{
+    int64_t total = r->grid->total;
+    for (int k = 0; k < r->components.count; k++)
+        for (int64_t i = k * total; i < (k + 1) * total; i++) {
+            r->carry[i] = dt * r->weight[k] * r->work[i];
+            if (first > 0.0) r->carry[i] += first * r->rest[i];
+        }
+}
+
+/* The totals that the second stage starts from; what the first one leaves undone. */
+static void pdi_advance_between(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        for (int k = 0; k < s->count; k++) r->rest[k * total + i] = r->weight[k] * r->work[k * total + i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            double *from = r->total + k * total + i;
+            r->slope[k * total + i] = sum[k] - *from;
+            *from += ratio * r->slope[k * total + i];
+        }
+    }
+}
+
+/* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10). */
+static double pdi_advance_error(const pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double size[PD_SPECIES_MOST] = {0.0}, off[PD_SPECIES_MOST] = {0.0}, worst = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            double terms = 0.0, last = sum[k] - r->total[k * total + i];
+            for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
+            size[k] = fmax(size[k], terms);
+            off[k] = fmax(off[k], fabs(r->slope[k * total + i] - last));
+        }
+    }
+    for (int k = 0; k < s->count; k++)
+        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+    return worst;
+}
+
+/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that do not react keep the
+ * bounds of the start, of inlets and of held walls, where sources let them. */
+static int pdi_advance_keeps(const pd_reactive *r, double stage)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int ports = pdi_boundary_any(r->grid);
+    for (int k = 0; k < s->count; k++) {
+        double most = 0.0, owed = 0.0;
+        for (int64_t at = k * total; at < (k + 1) * total; at++) {
+            most = fmax(most, fabs(r->total[at]));
+            if (r->spent[at]) owed = fmax(owed, -stage * r->weight[k] * r->work[at]);
+        }
+        if (owed > PDI_ADVANCE_SLACK * most) return 0;
+    }
+    for (int k = s->joined; k < s->count; k++) {
+        int n = s->master[k], reacts = 0;
+        pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
+        for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
+        if (reacts) continue;
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
+        if (ports) pdi_bounds_take(r->inlet[n], &bounds);
+        if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
+        if (source.low < 0.0) bounds.low = -HUGE_VAL;
+        if (source.high > 0.0) bounds.high = HUGE_VAL;
+        pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
+        if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
+    }
+    return 1;
+}
+
+/* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
+static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
+    memcpy(in, r->in, sizeof in);
+    memcpy(out, r->out, sizeof out);
+    pd_status status = pdi_advance_newton(ctx, r, stage, result);
+    if (status != PD_OK) return status;
+    pdi_reactive_pass(r, dt - stage);
+    pdi_advance_between(r);
+    status = pdi_advance_newton(ctx, r, stage, result);
+    if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
+    if (status != PD_OK) {
+        memcpy(r->in, in, sizeof in);
+        memcpy(r->out, out, sizeof out);
+        return status;
+    }
+    result->error = pdi_advance_error(r);
+    pdi_advance_owe(r, stage, dt - stage);
+    pdi_reactive_pass(r, stage);
+    return PD_OK;
+}
+
+static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    r->flux.absorb = r->still;
+    r->inverse.fresh = 0;
+    for (int n = 0; n < r->components.kinetics; n++) {
+        r->filter[n].inverse.fresh = 0;
+        r->filter[n].flux.absorb = r->filter[n].absorb;
+    }
+    PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
+    pdi_advance_start(ctx, r);
+    if (r->desc.order == 2) {
+        pd_status second = pdi_advance_second(ctx, r, dt, result);
+        if (second <= PD_OK) return second;
+        result->euler = 1;
+        pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+        pdi_advance_start(ctx, r);
+    }
+    pd_status status = pdi_advance_solve(ctx, r, dt, result);
+    if (status != PD_OK) return status;
+    pdi_advance_owe(r, dt, 0.0);
+    pdi_reactive_pass(r, dt);
+    return PD_OK;
+}
+
+pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    pd_arena *arena = pdi_reactive_arena(r);
+    memset(result, 0, sizeof *result);
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
+    pdi_multigrid_open(&r->inverse.mg);
+    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    pd_status status = pdi_advance_take(ctx, r, dt, result);
+    if (status != PD_OK) pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+    pdi_krylov_trim(ctx, &r->krylov);
+    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    pdi_multigrid_close(&r->inverse.mg);
+    return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
+}
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
@@ -52205,7 +54013,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     return PD_OK;
 }
 
-/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.12). */
 static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->e;

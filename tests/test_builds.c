@@ -3,6 +3,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "chemistry/speciation.h"
+#include "react/reactive.h"
 #include "fault.h"
 #include "scene_file.h"
 #include "run/sweep.h"
@@ -560,21 +561,46 @@ static void pd_speciation_free(pd_ctx *ctx, pd_speciation *s)
     (void)ctx;
     memset(s, 0, sizeof *s);
 }
-BUILD(speciation, pd_speciation)
+/* Water, its ions and the reaction of them; forward 0: in equilibrium. */
+static pd_status make_water(pd_ctx *ctx, double forward, pd_species *species, pd_reaction *reaction)
 {
-    static const pd_species_desc desc[3] = {{"H2O", 0, 0, 0, 0}, {"H+", 0, 0, 0, 0}, {"OH-", 0, 0, 0, 0}};
+    static const pd_species_desc desc[3] = {{"H2O", 0, 0, 0, 0}, {"H+", 0, 0, 0, 9e-9}, {"OH-", 0, 0, 0, 5e-9}};
     pd_reaction_desc water;
-    pd_species species[3];
-    pd_reaction reaction;
     memset(&water, 0, sizeof water);
     water.name = "water";
     water.text = "H2O = H+ + OH-";
     water.k = -14.0;
     water.k_unit = "log10";
+    water.forward = forward;
+    water.forward_unit = "mol/L/s";
     for (int k = 0; k < 3; k++) PDI_TRY(pd_species_read(ctx, &desc[k], &species[k]));
-    PDI_TRY(pd_reaction_read(ctx, &water, species, 3, &reaction));
+    return pd_reaction_read(ctx, &water, species, 3, reaction);
+}
+
+BUILD(speciation, pd_speciation)
+{
+    pd_species species[3];
+    pd_reaction reaction;
+    PDI_TRY(make_water(ctx, 0.0, species, &reaction));
     int count = l->wrong ? PD_SPECIES_MOST + 1 : 3;
     return pd_speciation_build(ctx, species, count, &reaction, 1, PD_ACTIVITY_IDEAL, 298.15, o);
+}
+
+BUILD(reactive, pd_reactive)
+{
+    double initial[3] = {55344.0, 1e-4, 1e-4};
+    pd_species species[3];
+    pd_reaction reaction;
+    pd_reactive_desc d;
+    PDI_TRY(make_water(ctx, 1e-3, species, &reaction));
+    memset(&d, 0, sizeof d);
+    d.species = species;
+    d.count = 3;
+    d.reactions = &reaction;
+    d.reaction_count = 1;
+    d.initial = initial;
+    d.tolerance = l->wrong ? -1.0 : 0.0;
+    return pd_reactive_build(ctx, &l->pin.grid, &l->bonds, PD_DIM > 1 ? &l->flow : NULL, &d, o);
 }
 
 /* ---- all of them ---- */
@@ -608,6 +634,7 @@ static const entry builds[] = {
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
+    ROW(reactive, pd_reactive, 1, 1)
 };
 #undef ROW
 /* others: what is read from files and texts, and a second build of one type */
@@ -665,7 +692,7 @@ TEST(a_failed_build_leaves_nothing)
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
-                                    "band",  "springs",  "path",        "bond_weights", "images"};
+                                    "band",  "springs",  "path",        "bond_weights", "images", "components"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

@@ -14,6 +14,7 @@ solve|linear solvers, multigrid, steps in time; no physics
 flow|flow of the liquid, steady and in time; gas
 chemistry|species, reactions, activities; knows no lattice
 transport|what the liquid carries: advection, diffusion
+react|species that flow, diffuse and react
 solid|mechanics: points, elasticity, cracks
 metal|metals, laws, dissolving surfaces, pits, salt layers
 couple|one step of everything; the ledger

@@ -198,8 +198,9 @@ static const val_case graetz_case = {
     "graetz", "Mass transfer in a channel and a tube",
     "A parabolic stream enters a channel whose walls, or one of them, hold c = 0 and let nothing pass otherwise, or a "
     "tube around the axis whose wall does; U over D is 1000 over the height or the radius. Largest relative error of "
-    "the local Sherwood number at eight places, with cells four times as long as high: from 0.001 to 0.0147 Dh^2 U/D for both walls (the half under a mirror is computed), from 0.0022 to 0.032 "
-    "H^2 U/D for one, as for both with the diameter for the tube. The series neglect diffusion along the stream.",
+    "the local Sherwood number at eight places, with cells four times as long as high: from 0.001 to 0.0147 Dh^2 U/D "
+    "for both walls (the half under a mirror is computed), from 0.0022 to 0.032 H^2 U/D for one, as for both with the "
+    "diameter for the tube. The series neglect diffusion along the stream.",
     "Walls that take up metal half a cell off, upwinding that thickens the layer at the wall, fluxes of the flow "
     "beside walls of first order.",
     "series: the tables `graetz_channel_sherwood.csv` and `graetz_channel_onewall_sherwood.csv`; Graetz' series",

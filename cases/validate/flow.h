@@ -316,8 +316,8 @@ static pd_status duct_run(val_job *job) { return duct_run_order(job, 2); }
 static pd_status duct_run_fourth(val_job *job) { return duct_run_order(job, 4); }
 
 #define DUCT_MISS \
-    "The error is that of the Laplacian, 2/24 h^2 times fourth derivatives: of second order, 0.54 h^2. 5e-5 takes 104 " \
-    "nodes, order = 4, or the horizon m = 1.387 with isotropic fourth moments, with which 1.4e-5 is found."
+    "The error is that of the Laplacian, 2/24 h^2 times fourth derivatives: of second order, 0.54 h^2. 5e-5 takes " \
+    "104 nodes, order = 4, or the horizon m = 1.387 with isotropic fourth moments, with which 1.4e-5 is found."
 
 static const val_part duct_part = {
     "", "", "nodes across", VAL_BY_N, NULL, 2.0, {{"err_l2", "u, L2"}, {"err_max", "u, largest"}}, 2,

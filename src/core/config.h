@@ -6,9 +6,9 @@
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
- *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, solid, metal, couple, scene, run; kernels (core,
- *                          lattice, solve) stay
+ *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, couple, scene, run; kernels
+ *                          (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out

@@ -138,7 +138,7 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     return PD_OK;
 }
 
-/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.9). */
+/* K goes from 25 C to the temperature, when its enthalpy is given (theory: eq. 5b.12). */
 static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
 {
     pd_electrolyte *e = s->e;

@@ -336,6 +336,54 @@ static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32
     else pdi_flux_apply_block(s, i, row, -1, count);
 }
 
+/* The same for several fields: a bond is asked once. */
+typedef struct pdi_flux_fields_sweep {
+    const pd_flux *t;
+    const pdi_flux_fields *f;
+} pdi_flux_fields_sweep;
+
+PDI_INLINE void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pd_flux *t = s->t;
+    const pdi_flux_fields *f = s->f;
+    const double *hold = t->diffusion->wall_rate;
+    int64_t total = t->bonds->grid->total;
+    double sum[PDI_FLUX_FIELDS][PDI_BLOCK];
+    for (int n = 0; n < f->count; n++) {
+        const double *c = f->c + n * total + i;
+        int open = hold && f->wall[n] == f->wall[n];
+        for (int b = 0; b < count; b++) sum[n][b] = open ? f->ratio[n] * hold[i + b] * (c[b] - f->wall[n]) : 0.0;
+    }
+    for (int k = 0; k < t->bonds->stencil->count / 2; k++) {
+        pdi_flux_pair p;
+        pdi_flux_pair_get(t, i, row, place, k, count, &p);
+        const double *flux = p.flux, *back = p.back, *ahead = p.ahead, *behind = p.behind;
+        double part = 0.5 * p.turn;
+        for (int n = 0; n < f->count; n++) {
+            const double *c = f->c + n * total + i, *next = c + p.next, *before = c + p.before;
+            double ratio = f->ratio[n], *PD_RESTRICT to = sum[n];
+            for (int b = 0; b < count; b++)
+                to[b] += pdi_flux_leave(0.5 * flux[b], ratio * ahead[b], c[b], next[b]) +
+                         pdi_flux_leave(part * back[b], ratio * behind[b], c[b], before[b]);
+        }
+    }
+    for (int m = 0; m < f->sums; m++) {
+        double *PD_RESTRICT y = f->y + m * total + i;
+        const double *weight = f->weight + (int64_t)m * f->count;
+        for (int b = 0; b < count; b++) y[b] = 0.0;
+        for (int n = 0; n < f->count; n++)
+            for (int b = 0; b < count && weight[n] != 0.0; b++) y[b] += weight[n] * sum[n][b];
+    }
+}
+
+static void pdi_flux_fields_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
+{
+    const pdi_flux_fields_sweep *s = (const pdi_flux_fields_sweep *)user;
+    if (place >= 0) pdi_flux_fields_block(s, i, row, place, 1);
+    else if (count == PDI_BLOCK) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
+    else pdi_flux_fields_block(s, i, row, -1, count);
+}
+
 /* What a bond adds to the rate of a node: no less than half of what leaves, and `room` times what upwinding adds. */
 static inline double pdi_flux_rate(double flux, double least, double room)
 {
@@ -507,6 +555,15 @@ PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c,
         return;
     }
     pdi_flux_sweep_all(ctx, &s, pdi_flux_apply_nodes);
+}
+
+PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields)
+{
+    pdi_flux_fields_sweep s;
+    s.t = t;
+    s.f = fields;
+    pdi_traverse_blocks(ctx, t->boundary, t->bonds->grid->fluid_count * t->bonds->stencil->count * 2 * fields->count,
+                        pdi_flux_fields_nodes, &s);
 }
 
 PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y)

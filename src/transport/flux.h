@@ -34,6 +34,19 @@ typedef struct pd_flux {
 } pd_flux;
 
 #ifdef PDI_INTERNAL
+/* Several fields that one flow carries, and sums of what leaves by each of them. */
+#define PDI_FLUX_FIELDS 32
+typedef struct pdi_flux_fields {
+    int count, sums;
+    const double *ratio;  /* [count] [-] of their diffusivities to that of the flux */
+    const double *wall;   /* [count] [mol/m3] what each holds on walls that hold; NaN: they are closed for it */
+    const double *c;      /* [count][total] with images and inlets */
+    const double *weight; /* [sums][count] [-] */
+    double *y;            /* [sums][total] [mol/m3/s] */
+} pdi_flux_fields;
+/* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
+ * them `rests`. */
+PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields);
 /* Arrays of a pd_flux that are lent for a step. */
 PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
 /* The borrowed terms are given. */

@@ -39,6 +39,8 @@ PD_PLOT_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
 PD_REACTION_MOST = 24
 PD_REACTION_NAME = 32
+PD_REACTIVE_NAME = 16
+PD_REACTIVE_ROWS = 20
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
 PD_SCAFFOLD_LEVELS = 30
 PD_SETUP_CONTOURS = 32
@@ -1216,6 +1218,33 @@ def declare(dim):
         ('log_activity', c_double * 32),
     ]
 
+    class pd_kinetic(Structure):
+        pass
+    pd_kinetic._fields_ = [
+        ('forward', c_double),
+        ('backward', c_double),
+        ('nu', c_double * 32),
+        ('gain', c_double * 32),
+    ]
+
+    class pd_components(Structure):
+        pass
+    pd_components._fields_ = [
+        ('solutes', c_int),
+        ('count', c_int),
+        ('joined', c_int),
+        ('place', c_int * 32),
+        ('charge', c_int * 32),
+        ('master', c_int * 32),
+        ('m', c_double * 32 * 32),
+        ('live', c_int),
+        ('member', c_int * 32),
+        ('ln_k', c_double * 32),
+        ('kinetics', c_int),
+        ('kinetic', pd_kinetic * 24),
+        ('debye', c_double),
+    ]
+
     class pd_electrolyte(Structure):
         pass
     pd_electrolyte._fields_ = [
@@ -1460,6 +1489,105 @@ def declare(dim):
         ('rejected', c_int64),
         ('krylov', c_int64),
         ('euler', c_int64),
+    ]
+
+    class pd_reactive_desc(Structure):
+        pass
+    pd_reactive_desc._fields_ = [
+        ('species', POINTER(pd_species)),
+        ('count', c_int),
+        ('reactions', POINTER(pd_reaction)),
+        ('reaction_count', c_int),
+        ('activity', c_int),
+        ('temperature', c_double),
+        ('initial', POINTER(c_double)),
+        ('inlet', POINTER(c_double)),
+        ('wall', POINTER(c_double)),
+        ('held', pd_point_fn),
+        ('user', c_void_p),
+        ('tolerance', c_double),
+        ('order', c_int),
+        ('most', c_int),
+        ('arena', POINTER(pd_arena)),
+    ]
+
+    class pd_reactive_balance(Structure):
+        pass
+    pd_reactive_balance._fields_ = [
+        ('name', c_char * 16),
+        ('start', c_double),
+        ('dissolved', c_double),
+        ('carry', c_double),
+        ('in', c_double),
+        ('out', c_double),
+        ('imbalance', c_double),
+        ('relative', c_double),
+    ]
+
+    class pd_reactive_filter(Structure):
+        pass
+    pd_reactive_filter._fields_ = [
+        ('absorb', POINTER(c_double)),
+        ('flux', pd_flux),
+        ('inverse', pd_inverse),
+    ]
+
+    class pd_reactive(Structure):
+        pass
+    pd_reactive._fields_ = [
+        ('desc', pd_reactive_desc),
+        ('components', pd_components),
+        ('grid', POINTER(pd_grid)),
+        ('bonds', POINTER(pd_bonds)),
+        ('flow', POINTER(pd_flow)),
+        ('rows', c_int),
+        ('name', c_char * 16 * 20),
+        ('part', c_double * 32 * 20),
+        ('start', c_double * 20),
+        ('in', c_double * 32),
+        ('out', c_double * 32),
+        ('ratio', c_double * 32),
+        ('wall', c_double * 32),
+        ('closed', c_double * 32),
+        ('inlet', c_double * 32),
+        ('proton', c_int),
+        ('linear', c_int),
+        ('diffusion', pd_diffusion),
+        ('boundary', pd_boundary),
+        ('flux', pd_flux),
+        ('inverse', pd_inverse),
+        ('filter', POINTER(pd_reactive_filter)),
+        ('krylov', pd_krylov),
+        ('own', pd_arena),
+        ('c', POINTER(c_double)),
+        ('carry', POINTER(c_double)),
+        ('source', POINTER(c_double)),
+        ('begin', POINTER(c_double)),
+        ('base', POINTER(c_double)),
+        ('total', POINTER(c_double)),
+        ('move', POINTER(c_double)),
+        ('work', POINTER(c_double)),
+        ('rest', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
+        ('part_of', POINTER(c_double)),
+        ('spent', POINTER(c_uint8)),
+        ('rates', POINTER(c_double)),
+        ('by', POINTER(c_float)),
+        ('still', POINTER(c_double)),
+        ('slots', c_int),
+        ('weight', c_double * 32),
+        ('dt', c_double),
+    ]
+
+    class pd_reactive_result(Structure):
+        pass
+    pd_reactive_result._fields_ = [
+        ('newton', c_int),
+        ('krylov', c_int),
+        ('parts', c_int),
+        ('residual', c_double),
+        ('error', c_double),
+        ('euler', c_int),
     ]
 
     class pd_body_desc(Structure):
@@ -3410,6 +3538,15 @@ def declare(dim):
         'pd_two_stage_step': (c_int, [POINTER(pd_ctx), POINTER(pd_two_stage), c_double, POINTER(pd_transport_result)]),
         'pd_two_stage_process': (pd_process, [POINTER(pd_two_stage)]),
         'pd_two_stage_free': (None, [POINTER(pd_ctx), POINTER(pd_two_stage)]),
+        'pd_reactive_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_reactive_desc), POINTER(pd_reactive)]),
+        'pd_reactive_update': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive)]),
+        'pd_reactive_begin': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive)]),
+        'pd_reactive_field': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
+        'pd_reactive_source': (POINTER(c_double), [POINTER(pd_reactive), c_int]),
+        'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
+        'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
+        'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
+        'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_body_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body_desc), POINTER(pd_body)]),
         'pd_body_free': (None, [POINTER(pd_ctx), POINTER(pd_body)]),
         'pd_body_family': (c_int32, [POINTER(pd_body), c_int32, POINTER(c_int32), POINTER(c_uint8)]),

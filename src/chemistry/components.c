@@ -1,0 +1,560 @@
+/* components: see components.h */
+#include "chemistry/components.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A combination of stoichiometric numbers below this is zero. */
+#define PDI_COMPONENTS_ZERO 1e-9
+/* [mol/m3] Least concentration that a logarithm is taken of. */
+#define PDI_COMPONENTS_LEAST 1e-200
+/* Most steps of Newton, and most halvings of one. */
+#define PDI_COMPONENTS_STEPS 200
+#define PDI_COMPONENTS_HALVINGS 12
+/* Roundings of the sums that a total may be off by. */
+#define PDI_COMPONENTS_ROUND 4.0
+/* A total that is off by this share of its terms, and comes no nearer, is met. */
+#define PDI_COMPONENTS_NEAR 1e-11
+/* A formed species above this many times one that forms it becomes one of those. */
+#define PDI_COMPONENTS_SWAP 2.0
+/* Most change of a logarithm in a step. */
+#define PDI_COMPONENTS_LONGEST 700.0
+/* [-] change of the ionic strength, relative, at which its iteration ends, and most of its steps. */
+#define PDI_COMPONENTS_STRENGTH 1e-15
+#define PDI_COMPONENTS_STRENGTHS 40
+#define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] in mol/L */
+
+/* A matrix of solutes that are members, by joined components. */
+typedef double pdi_components_rows[PD_SPECIES_MOST][PD_SPECIES_MOST];
+
+/* A volume at work: the frequent members `head` form the others, by the rows of `m`. */
+typedef struct pdi_components_work {
+    const pd_components *s;
+    int rows, live;
+    int charge[PD_SPECIES_MOST];
+    double total[PD_SPECIES_MOST]; /* [mol/m3] joined */
+    double debye, others;          /* as of the system; [mol/m3] ionic strength of those that are not joined */
+    double ln_k[PD_SPECIES_MOST];  /* of members, by the heads */
+    int head[PD_SPECIES_MOST];     /* member of each row */
+    pdi_components_rows m, inverse; /* [rows][live], [rows][rows] */
+    double sum[PD_SPECIES_MOST], terms[PD_SPECIES_MOST]; /* [mol/m3] totals by the rows, and sizes of their terms */
+    double y[PD_SPECIES_MOST];     /* ln of activities of heads, with mol/m3 */
+    double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
+    double strength, davies, slope; /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
+} pdi_components_work;
+
+/* ---- a volume ---- */
+
+PDI_FN void pdi_components_totals(const pd_components *s, const double *c, double *total)
+{
+    for (int k = 0; k < s->count; k++) {
+        total[k] = c[s->master[k]];
+        for (int n = 0; n < s->live && k < s->joined; n++) {
+            int i = s->member[n];
+            if (i != s->master[k]) total[k] += s->m[k][i] * c[i];
+        }
+    }
+}
+
+static double pdi_components_square(int charge) { return (double)(charge * charge); }
+
+/* Half of the sum of z^2 times what is not joined: concentrations c of all, or changes of totals. */
+static double pdi_components_others(const pd_components *s, const double *total)
+{
+    double sum = 0.0;
+    for (int k = s->joined; k < s->count; k++)
+        sum += 0.5 * pdi_components_square(s->charge[s->master[k]]) * total[k];
+    return sum;
+}
+
+PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
+{
+    double slope, strength = 0.0;
+    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * fmax(c[i], 0.0);
+    return s->debye > 0.0 ? pdi_activity_davies(s->debye, strength, &slope) : 0.0;
+}
+
+/* Gauss and Jordan: from the most frequent member on, those that no others make are the heads. */
+static void pdi_components_reduce(pdi_components_work *w)
+{
+    const pd_components *s = w->s;
+    int order[PD_SPECIES_MOST], done[PD_SPECIES_MOST], rows = w->rows, live = w->live;
+    for (int n = 0; n < live; n++) {
+        int k = n;
+        for (; k > 0 && w->x[order[k - 1]] < w->x[n]; k--) order[k] = order[k - 1];
+        order[k] = n;
+    }
+    for (int r = 0; r < rows; r++) {
+        done[r] = 0;
+        for (int n = 0; n < live; n++) w->m[r][n] = s->m[r][s->member[n]];
+        for (int k = 0; k < rows; k++) w->inverse[r][k] = k == r ? 1.0 : 0.0;
+    }
+    for (int next = 0, found = 0; next < live && found < rows; next++) {
+        int n = order[next], best = -1;
+        double size = PDI_COMPONENTS_ZERO;
+        for (int r = 0; r < rows; r++) {
+            if (done[r] || !(fabs(w->m[r][n]) > size)) continue;
+            best = r;
+            size = fabs(w->m[r][n]);
+        }
+        if (best < 0) continue;
+        double scale = 1.0 / w->m[best][n];
+        for (int k = 0; k < live; k++) w->m[best][k] *= scale;
+        for (int k = 0; k < rows; k++) w->inverse[best][k] *= scale;
+        for (int r = 0; r < rows; r++) {
+            double factor = w->m[r][n];
+            if (r == best || factor == 0.0) continue;
+            for (int k = 0; k < live; k++) {
+                w->m[r][k] -= factor * w->m[best][k];
+                if (fabs(w->m[r][k]) < PDI_COMPONENTS_ZERO) w->m[r][k] = 0.0;
+            }
+            for (int k = 0; k < rows; k++) w->inverse[r][k] -= factor * w->inverse[best][k];
+        }
+        done[best] = 1;
+        w->head[best] = n;
+        found++;
+    }
+    for (int n = 0; n < live; n++) {
+        w->ln_k[n] = s->ln_k[s->member[n]];
+        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member[w->head[r]]];
+    }
+    for (int r = 0; r < rows; r++) {
+        w->sum[r] = w->terms[r] = 0.0;
+        for (int k = 0; k < rows; k++) {
+            w->sum[r] += w->inverse[r][k] * w->total[k];
+            w->terms[r] += fabs(w->inverse[r][k] * w->total[k]);
+        }
+        w->y[r] = w->x[w->head[r]] + w->davies * pdi_components_square(w->charge[w->head[r]]);
+    }
+}
+
+/* 1: a member is far more frequent than one of the heads that make it. */
+static int pdi_components_stale(const pdi_components_work *w)
+{
+    for (int r = 0; r < w->rows; r++)
+        for (int n = 0; n < w->live; n++)
+            if (w->m[r][n] != 0.0 && w->c[n] > PDI_COMPONENTS_SWAP * w->c[w->head[r]] &&
+                w->c[n] > PDI_COMPONENTS_LEAST)
+                return 1;
+    return 0;
+}
+
+/* Concentrations of the members from y. The ionic strength is that of its own concentrations. */
+static void pdi_components_members(pdi_components_work *w)
+{
+    for (int n = 0; n < w->live; n++) {
+        double ln = w->ln_k[n];
+        for (int r = 0; r < w->rows; r++)
+            if (w->m[r][n] != 0.0) ln += w->m[r][n] * w->y[r];
+        w->x[n] = ln;
+        w->c[n] = w->debye > 0.0 ? ln : exp(ln);
+    }
+    if (!(w->debye > 0.0)) return;
+    for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
+        double sum = w->others, by = 0.0;
+        w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+        for (int n = 0; n < w->live; n++) {
+            double square = pdi_components_square(w->charge[n]), c = exp(w->x[n] - square * w->davies);
+            w->c[n] = c;
+            sum += 0.5 * square * c;
+            by += 0.5 * square * square * c * w->slope;
+        }
+        double change = (sum - w->strength) / fmax(1.0 + by, 0.5);
+        if (!(fabs(change) > PDI_COMPONENTS_STRENGTH * w->strength)) break;
+        w->strength = fmax(w->strength + change, 0.1 * w->strength);
+    }
+    for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
+}
+
+/* Changes of the members with y, scaled: with y over the concentrations of the heads. `each`: those of their logarithms
+ * with the ionic strength of the others. */
+static void pdi_components_weights(const pdi_components_work *w, int scaled, pdi_components_rows weight, double *each)
+{
+    double fourth = 0.0;
+    for (int n = 0; n < w->live; n++) {
+        double square = pdi_components_square(w->charge[n]);
+        fourth += 0.5 * square * square * w->c[n] * w->slope;
+    }
+    for (int n = 0; n < w->live; n++)
+        each[n] = w->debye > 0.0 ? -pdi_components_square(w->charge[n]) * w->slope / (1.0 + fourth) : 0.0;
+    for (int r = 0; r < w->rows; r++) {
+        double half = 0.0, over = scaled ? w->c[w->head[r]] : 1.0;
+        for (int n = 0; n < w->live; n++) {
+            weight[r][n] = w->m[r][n] != 0.0 ? w->m[r][n] * (w->c[n] / over) : 0.0;
+            half += 0.5 * pdi_components_square(w->charge[n]) * weight[r][n];
+        }
+        for (int n = 0; n < w->live; n++) weight[r][n] += each[n] * half * w->c[n];
+    }
+}
+
+/* Solve a x = b of `rows` equations with `columns` right-hand sides, pivoted; x in b. What is singular stays 0. */
+static void pdi_components_linear(int rows, int columns, pdi_components_rows a, pdi_components_rows b)
+{
+    int at[PD_SPECIES_MOST], used[PD_SPECIES_MOST];
+    for (int r = 0; r < rows; r++) used[r] = 0;
+    for (int c = 0; c < rows; c++) {
+        int best = -1;
+        double size = DBL_EPSILON;
+        at[c] = -1;
+        for (int r = 0; r < rows; r++) {
+            if (used[r] || !(fabs(a[r][c]) > size)) continue;
+            best = r;
+            size = fabs(a[r][c]);
+        }
+        if (best < 0) continue;
+        at[c] = best;
+        used[best] = 1;
+        for (int r = 0; r < rows; r++) {
+            double factor = a[r][c] / a[best][c];
+            if (r == best || factor == 0.0) continue;
+            for (int k = c; k < rows; k++) a[r][k] -= factor * a[best][k];
+            for (int k = 0; k < columns; k++) b[r][k] -= factor * b[best][k];
+        }
+    }
+    pdi_components_rows x;
+    for (int c = 0; c < rows; c++)
+        for (int k = 0; k < columns; k++) x[c][k] = at[c] < 0 ? 0.0 : b[at[c]][k] / a[at[c]][c];
+    for (int c = 0; c < rows; c++)
+        for (int k = 0; k < columns; k++) b[c][k] = x[c][k];
+}
+
+/* off[r] = ln(P/Q) of the two sides P = Q of the balance of row r, all terms positive; the largest size. *wrong: their
+ * largest difference over the sum of the terms. Totals that no concentrations have get Q next to 0. */
+static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *wrong)
+{
+    double worst = 0.0;
+    *wrong = 0.0;
+    for (int r = 0; r < w->rows; r++) {
+        double plus = 0.0, minus = 0.0, terms = w->terms[r];
+        for (int n = 0; n < w->live; n++) {
+            if (w->m[r][n] > 0.0) plus += w->m[r][n] * w->c[n];
+            else minus -= w->m[r][n] * w->c[n];
+        }
+        if (w->sum[r] > 0.0) minus += w->sum[r];
+        else if (minus > PDI_COMPONENTS_LEAST) plus -= w->sum[r];
+        else terms = PDI_COMPONENTS_LEAST / DBL_EPSILON;
+        minus = fmax(minus, PDI_COMPONENTS_LEAST);
+        plus = fmax(plus, DBL_MIN);
+        off[r] = log(plus / minus);
+        worst = fmax(worst, fabs(off[r]));
+        *wrong = fmax(*wrong, fabs(plus - minus) / (terms + plus + minus));
+        side[r][0] = plus;
+        side[r][1] = minus;
+    }
+    return worst;
+}
+
+/* Changes dy of y by Newton for the logarithms of the sides, which are nearly linear in it at any distance. */
+static void pdi_components_newton(const pdi_components_work *w, double (*side)[2], const double *off, double *dy)
+{
+    pdi_components_rows a, b, weight;
+    double each[PD_SPECIES_MOST];
+    pdi_components_weights(w, 0, weight, each);
+    for (int r = 0; r < w->rows; r++) {
+        for (int k = 0; k < w->rows; k++) a[r][k] = 0.0;
+        for (int n = 0; n < w->live; n++) {
+            if (w->m[r][n] == 0.0) continue;
+            double share = w->m[r][n] / side[r][w->m[r][n] < 0.0];
+            for (int k = 0; k < w->rows; k++) a[r][k] += share * weight[k][n];
+        }
+        b[r][0] = -off[r];
+    }
+    pdi_components_linear(w->rows, 1, a, b);
+    for (int r = 0; r < w->rows; r++)
+        dy[r] = fmin(fmax(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
+}
+
+/* The members of the totals. 0: none were found. */
+static int pdi_components_find(pdi_components_work *w)
+{
+    double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], wrong;
+    pdi_components_reduce(w);
+    pdi_components_members(w);
+    double worst = pdi_components_off(w, side, off, &wrong);
+    for (int step = 0; step < PDI_COMPONENTS_STEPS; step++) {
+        if (!(wrong > PDI_COMPONENTS_ROUND * DBL_EPSILON)) return 1;
+        if (pdi_components_stale(w)) {
+            pdi_components_reduce(w);
+            pdi_components_members(w);
+            worst = pdi_components_off(w, side, off, &wrong);
+        }
+        double before = worst, had = wrong, share = 1.0;
+        pdi_components_newton(w, side, off, dy);
+        memcpy(start, w->y, sizeof start);
+        for (int halving = 0; halving <= PDI_COMPONENTS_HALVINGS; halving++, share *= 0.5) {
+            for (int r = 0; r < w->rows; r++) w->y[r] = start[r] + share * dy[r];
+            pdi_components_members(w);
+            worst = pdi_components_off(w, side, off, &wrong);
+            if (worst < before) break;
+        }
+        if (!(worst < before)) return wrong < PDI_COMPONENTS_NEAR || had < PDI_COMPONENTS_NEAR;
+    }
+    return 0;
+}
+
+static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
+{
+    w->s = s;
+    w->rows = s->joined;
+    w->live = s->live;
+    w->debye = s->debye;
+    w->others = w->davies = w->slope = w->strength = 0.0;
+    for (int n = 0; n < s->live; n++) {
+        w->charge[n] = s->charge[s->member[n]];
+        w->c[n] = fmax(c[s->member[n]], PDI_COMPONENTS_LEAST);
+        w->x[n] = log(w->c[n]);
+    }
+}
+
+/* Ionic strength and activities of the concentrations. */
+static void pdi_components_ionic(pdi_components_work *w)
+{
+    if (!(w->debye > 0.0)) return;
+    w->strength = w->others;
+    for (int n = 0; n < w->live; n++) w->strength += 0.5 * pdi_components_square(w->charge[n]) * w->c[n];
+    w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+}
+
+PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
+{
+    pdi_components_work w;
+    double others = 0.0;
+    pdi_components_begin(s, c, &w);
+    for (int k = 0; k < s->joined; k++) w.total[k] = total[k];
+    for (int k = 0; k < s->count; k++)
+        if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
+    for (int k = s->joined; k < s->count; k++)
+        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * fmax(total[k], 0.0);
+    w.others = others;
+    pdi_components_ionic(&w);
+    if (s->joined && !pdi_components_find(&w)) {
+        if (!(s->debye > 0.0)) return PD_NOT_CONVERGED;
+        pdi_components_begin(s, c, &w); /* ideal ones are near, and found from anywhere */
+        w.debye = 0.0;
+        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+        w.debye = s->debye;
+        w.others = others;
+        pdi_components_ionic(&w);
+        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+    }
+    for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = fmax(total[k], 0.0);
+    return PD_OK;
+}
+
+PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *by)
+{
+    pdi_components_work w;
+    pdi_components_rows a, b, weight;
+    double each[PD_SPECIES_MOST];
+    int columns = pdi_components_columns(s);
+    if (!s->joined) return;
+    pdi_components_begin(s, c, &w);
+    for (int k = 0; k < s->joined; k++) w.total[k] = 0.0;
+    for (int k = s->joined; k < s->count; k++)
+        w.others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * c[s->master[k]];
+    pdi_components_ionic(&w);
+    pdi_components_reduce(&w);
+    pdi_components_weights(&w, 1, weight, each);
+    for (int r = 0; r < w.rows; r++) {
+        for (int k = 0; k < w.rows; k++) {
+            a[r][k] = 0.0;
+            for (int n = 0; n < w.live; n++) a[r][k] += w.m[r][n] * weight[k][n];
+            b[r][k] = w.inverse[r][k];
+        }
+        b[r][s->joined] = 0.0;
+        for (int n = 0; n < w.live; n++) b[r][s->joined] -= w.m[r][n] * each[n] * w.c[n];
+    }
+    pdi_components_linear(w.rows, columns, a, b);
+    for (int n = 0; n < w.live; n++)
+        for (int k = 0; k < columns; k++) {
+            double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
+            for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
+            by[n * columns + k] = (float)sum;
+        }
+}
+
+PDI_FN void pdi_components_follow(const pd_components *s, const float *by, const double *total, double *c)
+{
+    int columns = pdi_components_columns(s);
+    double others = columns > s->joined ? pdi_components_others(s, total) : 0.0;
+    for (int n = 0; n < s->live; n++) {
+        double sum = columns > s->joined ? (double)by[s->joined] * others : 0.0;
+        for (int k = 0; k < s->joined; k++) sum += (double)by[k] * total[k];
+        c[s->member[n]] = sum;
+        by += columns;
+    }
+    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = total[k];
+}
+
+/* c^n and its derivative. */
+static double pdi_components_power(double c, double n, double *by)
+{
+    if (n == 1.0) {
+        *by = 1.0;
+        return c;
+    }
+    *by = n * pow(c, n - 1.0);
+    return n == 2.0 ? c * c : pow(c, n);
+}
+
+PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c, double *by)
+{
+    double product[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST];
+    product[0] = kinetic->forward;
+    product[1] = kinetic->backward;
+    for (int i = 0; i < s->solutes; i++) {
+        if (kinetic->nu[i] == 0.0) continue;
+        power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
+        product[kinetic->nu[i] > 0.0] *= power[i];
+    }
+    for (int i = 0; i < s->solutes && by; i++) {
+        int way = kinetic->nu[i] > 0.0;
+        by[i] = 0.0;
+        if (kinetic->nu[i] == 0.0) continue;
+        double rest = (way ? -kinetic->backward : kinetic->forward) * slope[i];
+        for (int j = 0; j < s->solutes; j++)
+            if (j != i && kinetic->nu[j] != 0.0 && (kinetic->nu[j] > 0.0) == way) rest *= power[j];
+        by[i] = rest;
+    }
+    return product[0] - product[1];
+}
+
+/* ---- the system ---- */
+
+/* Rows of reactions in equilibrium among solutes, reduced. */
+typedef struct pdi_components_reactions {
+    int rows;
+    double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
+    int made[PD_REACTION_MOST]; /* solute; -1: none */
+} pdi_components_reactions;
+
+/* The solute that row r makes: one that few others have, and with a number of 1. -1: the row is empty. */
+static int pdi_components_choose(const pd_components *s, const pdi_components_reactions *e, int r)
+{
+    int best = -1;
+    double least = HUGE_VAL;
+    for (int i = 0; i < s->solutes; i++) {
+        if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ZERO)) continue;
+        double cost = fabs(fabs(e->nu[r][i]) - 1.0);
+        for (int k = 0; k < e->rows; k++) cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ZERO ? 1.0 : 0.0;
+        if (cost > least) continue;
+        best = i;
+        least = cost;
+    }
+    return best;
+}
+
+static void pdi_components_eliminate(const pd_components *s, pdi_components_reactions *e, int r)
+{
+    int made = e->made[r];
+    double scale = 1.0 / e->nu[r][made];
+    for (int i = 0; i < s->solutes; i++) e->nu[r][i] *= scale;
+    e->ln_k[r] *= scale;
+    for (int k = 0; k < e->rows; k++) {
+        double factor = e->nu[k][made];
+        if (k == r || factor == 0.0) continue;
+        for (int i = 0; i < s->solutes; i++) {
+            e->nu[k][i] -= factor * e->nu[r][i];
+            if (fabs(e->nu[k][i]) < PDI_COMPONENTS_ZERO) e->nu[k][i] = 0.0;
+        }
+        e->ln_k[k] -= factor * e->ln_k[r];
+    }
+}
+
+/* Components in order: those that are joined first. */
+static void pdi_components_order(const pdi_components_reactions *e, pd_components *s)
+{
+    int row[PD_SPECIES_MOST], joined[PD_SPECIES_MOST];
+    for (int i = 0; i < s->solutes; i++) {
+        row[i] = -1;
+        joined[i] = 0;
+        for (int r = 0; r < e->rows; r++) {
+            if (e->made[r] == i) row[i] = r;
+            if (e->made[r] >= 0 && e->nu[r][i] != 0.0) joined[i] = 1;
+        }
+        if (joined[i]) s->member[s->live++] = i;
+    }
+    for (int first = 1; first >= 0; first--) {
+        for (int i = 0; i < s->solutes; i++)
+            if (row[i] < 0 && joined[i] == first) s->master[s->count++] = i;
+        if (first) s->joined = s->count;
+    }
+    for (int k = 0; k < s->count; k++)
+        for (int i = 0; i < s->solutes; i++) {
+            s->m[k][i] = i == s->master[k] ? 1.0 : 0.0;
+            if (row[i] >= 0) s->m[k][i] = -e->nu[row[i]][s->master[k]];
+        }
+    for (int i = 0; i < s->solutes; i++) {
+        double molar = log(PDI_COMPONENTS_MOLAR);
+        if (row[i] < 0) continue;
+        s->ln_k[i] = e->ln_k[row[i]] + molar;
+        for (int k = 0; k < s->count; k++) s->ln_k[i] -= s->m[k][i] * molar;
+    }
+}
+
+static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reaction,
+                                         pdi_components_reactions *e, pd_components *s)
+{
+    double nu[PD_SPECIES_MOST];
+    memset(nu, 0, sizeof nu);
+    for (int i = 0; i < count; i++)
+        if (s->place[i] >= 0) nu[s->place[i]] = reaction->nu[i];
+    for (int i = 0; i < count; i++)
+        if (reaction->nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLVENT)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
+                            reaction->name, species[i].name);
+    if (reaction->kinetic) {
+        pd_kinetic *kinetic = &s->kinetic[s->kinetics++];
+        kinetic->forward = reaction->forward;
+        kinetic->backward = reaction->backward;
+        memcpy(kinetic->nu, nu, sizeof nu);
+        return PD_OK;
+    }
+    memcpy(e->nu[e->rows], nu, sizeof nu);
+    e->ln_k[e->rows] = reaction->ln_k;
+    e->made[e->rows++] = -1;
+    return PD_OK;
+}
+
+static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                     int reaction_count, pd_components *s)
+{
+    pdi_components_reactions e;
+    memset(&e, 0, sizeof e);
+    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0 || reaction_count > PD_REACTION_MOST)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%d species and %d reactions, expected 1 to %d species and "
+                        "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
+    for (int i = 0; i < count; i++) {
+        s->place[i] = -1;
+        if (species[i].phase == PD_PHASE_SOLVENT) continue;
+        if (species[i].phase != PD_PHASE_SOLUTE)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes and water alone",
+                            species[i].name);
+        s->charge[s->solutes] = species[i].charge;
+        s->place[i] = s->solutes++;
+    }
+    if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
+    for (int r = 0; r < reaction_count; r++)
+        PDI_TRY(pdi_components_reaction(ctx, species, count, &reactions[r], &e, s));
+    for (int r = 0; r < e.rows; r++) {
+        e.made[r] = pdi_components_choose(s, &e, r);
+        if (e.made[r] >= 0) pdi_components_eliminate(s, &e, r);
+        else if (fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
+                            "product of theirs: leave one out", reactions[r].name);
+    }
+    pdi_components_order(&e, s);
+    for (int r = 0; r < s->kinetics; r++) pdi_components_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
+                                      int reaction_count, pd_activity activity, double temperature, pd_components *s)
+{
+    memset(s, 0, sizeof *s);
+    pd_status status = pdi_components_fill(ctx, species, count, reactions, reaction_count, s);
+    if (status < 0) memset(s, 0, sizeof *s);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    return status;
+}

@@ -1,0 +1,532 @@
+/* advance: see advance.h
+ *
+ * Design: Newton's method in the totals. A step of it moves totals; concentrations follow by the equilibrium of each
+ * node, so iterates have no negative ones, and fronts where a species is used up are kinks of c(T) and not of T. The
+ * linear systems are solved by GMRES with the derivatives dc/dT of each node.
+ */
+#include "react/advance.h"
+#include "core/par.h"
+#include "solve/sdirk.h"
+#include "transport/bounds.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Roundings of what a node exchanges that its balance may be off by. */
+#define PDI_ADVANCE_ROUND 32.0
+/* So many steps of Newton may raise the residual by this factor; else a step is halved, so many times at most. */
+#define PDI_ADVANCE_FREE 12
+#define PDI_ADVANCE_RISE 1e3
+#define PDI_ADVANCE_HALVINGS 10
+/* Tries with shorter steps, and their ratio. */
+#define PDI_ADVANCE_PARTS 8
+#define PDI_ADVANCE_SHORTER 8.0
+/* [mol/m3] that is nothing. */
+#define PDI_ADVANCE_NONE 1e-150
+/* Share of the largest value by which a field may leave its bounds. */
+#define PDI_ADVANCE_SLACK 1e-9
+/* Share of a residual that the linear solver leaves at least: its basis has single precision. */
+#define PDI_ADVANCE_SINGLE 1e-5
+
+static int pdi_advance_threads(const pd_ctx *ctx, const pd_reactive *r)
+{
+    return pdi_par_threads(ctx, (int64_t)r->grid->total * r->components.solutes * r->components.count);
+}
+
+/* Images of several fields. */
+static void pdi_advance_images(const pd_reactive *r, double *fields)
+{
+    for (int n = 0; n < r->components.solutes; n++)
+        pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
+}
+
+/* y [components]: what leaves by the fields, over the weights. */
+static void pdi_advance_leave(const pd_ctx *ctx, const pd_reactive *r, const double *fields, const double *wall,
+                               double *y)
+{
+    const pd_components *s = &r->components;
+    double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
+    pdi_flux_fields f;
+    for (int k = 0; k < s->count; k++)
+        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+    f.count = s->solutes;
+    f.sums = s->count;
+    f.ratio = r->ratio;
+    f.wall = wall;
+    f.c = fields;
+    f.weight = weight;
+    f.y = y;
+    pdi_flux_apply_fields(ctx, &r->flux, &f);
+}
+
+/* What the balances of node i lack beside what leaves: in time, by sources and kinetic reactions [mol/m3/s]. */
+static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
+{
+    const pd_components *s = &r->components;
+    double c[PD_SPECIES_MOST], source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+    pdi_reactive_get(r, r->c, i, c);
+    pdi_reactive_get(r, r->source, i, source);
+    pdi_components_totals(s, c, lack);
+    pdi_components_totals(s, source, gain);
+    for (int k = 0; k < s->count; k++)
+        lack[k] = (r->total[(int64_t)k * r->grid->total + i] - lack[k]) / r->dt + gain[k];
+    for (int n = 0; n < s->kinetics; n++) {
+        double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
+    }
+}
+
+/* 1: no solute of component k is at node i. */
+static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
+{
+    const pd_components *s = &r->components;
+    double sum = 0.0;
+    for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[(int64_t)n * r->grid->total + i];
+    return !(sum > PDI_ADVANCE_NONE);
+}
+
+/* work = what the balances lack over their weights; the norm of what can be met. */
+static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
+{
+    int64_t total = r->grid->total;
+    int count = r->components.count, nt = pdi_advance_threads(ctx, r);
+    double *work = r->work;
+    (void)nt;
+    pdi_advance_images(r, r->c);
+    pdi_advance_leave(ctx, r, r->c, r->wall, work);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double lack[PD_SPECIES_MOST];
+        for (int k = 0; k < count; k++) r->move[k * total + i] = 0.0; /* images had changes */
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_advance_lack(r, i, lack);
+        for (int k = 0; k < count; k++) {
+            int64_t at = k * total + i;
+            work[at] = lack[k] / r->weight[k] - work[at];
+            r->spent[at] = work[at] < 0.0 && pdi_advance_absent(r, k, i);
+            r->move[at] = r->spent[at] ? 0.0 : work[at];
+        }
+    }
+    return sqrt(pdi_par_dot(ctx, count * total, r->move, r->move));
+}
+
+/* Weights of the balances: what is there over the step, or what they lack at first, or the rounding of both. */
+static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    for (int k = 0; k < s->count; k++) r->weight[k] = 1.0;
+    pdi_advance_residual(ctx, r);
+    for (int k = 0; k < s->count; k++) {
+        double *work = r->work + k * total, *size = r->part_of;
+        double first = sqrt(pdi_par_dot(ctx, total, work, work)), held = 0.0, rounding = 0.0;
+        for (int32_t i = 0; i < (int32_t)total; i++) {
+            double sum = 0.0;
+            if (r->grid->kind[i] != PD_FLUID) continue;
+            for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+            size[i] = sum * (1.0 / r->dt + r->rates[i]);
+            held += sum / r->dt * (sum / r->dt);
+        }
+        rounding = PDI_ADVANCE_ROUND * DBL_EPSILON * sqrt(pdi_par_dot(ctx, total, size, size));
+        r->weight[k] = fmax(fmax(sqrt(held), first), rounding / r->desc.tolerance);
+        if (!(r->weight[k] > DBL_MIN)) r->weight[k] = 1.0;
+    }
+}
+
+/* ---- linear systems ---- */
+
+typedef struct pdi_advance_user {
+    pd_ctx *ctx;
+    pd_reactive *r;
+} pdi_advance_user;
+
+/* Derivatives at the present concentrations, and the preconditioner that follows from them. */
+static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+        float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_derive(s, c, by);
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double rate = 0.0;
+            pdi_components_speed(s, &s->kinetic[n], c, slope);
+            for (int k = 0; k < s->count; k++) {
+                double sum = 0.0;
+                memset(one, 0, sizeof one);
+                one[k] = 1.0;
+                pdi_components_follow(s, by, one, along);
+                for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
+                row[k] = (float)sum;
+                rate -= (double)row[k] * s->kinetic[n].gain[k];
+            }
+            r->filter[n].absorb[i] = fmax(rate, 0.0);
+        }
+    }
+    for (int n = 0; n < s->kinetics; n++)
+        PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
+    return PD_OK;
+}
+
+/* What is spent has no equation. */
+static void pdi_advance_spend(const pd_reactive *r, double *y)
+{
+    int64_t size = r->components.count * (int64_t)r->grid->total;
+    for (int64_t at = 0; at < size; at++)
+        if (r->spent[at]) y[at] = 0.0;
+}
+
+/* y = J x, in totals over weights. */
+static void pdi_advance_apply(void *user, const double *x, double *y)
+{
+    pdi_advance_user *u = (pdi_advance_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(u->ctx, r), tables = s->live * pdi_components_columns(s);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
+        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
+        pdi_reactive_put(r, c, i, r->move);
+    }
+    pdi_advance_images(r, r->move);
+    pdi_advance_leave(u->ctx, r, r->move, r->closed, y);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + tables;
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < s->count; k++) y[k * total + i] += x[k * total + i] / r->dt;
+        for (int n = 0; n < s->kinetics; n++, row += s->count) {
+            double speed = 0.0;
+            for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
+        }
+    }
+    pdi_advance_spend(r, y);
+}
+
+/* Split off what kinetic reaction n brings to rest: x loses it, part_of is its extent. */
+static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *x)
+{
+    const pd_components *s = &r->components;
+    const double *gain = s->kinetic[n].gain;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r), at = s->live * pdi_components_columns(s) + n * s->count;
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        const float *row = r->by + (int64_t)i * r->slots + at;
+        double speed = 0.0, rate = r->filter[n].absorb[i];
+        r->part_of[i] = 0.0;
+        if (r->grid->kind[i] != PD_FLUID || !(rate > DBL_MIN)) continue;
+        for (int k = 0; k < s->count; k++) speed += (double)row[k] * r->weight[k] * x[k * total + i];
+        r->part_of[i] = -speed / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= gain[k] * r->part_of[i] / r->weight[k];
+    }
+}
+
+/* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
+ * rate. */
+static void pdi_advance_precondition(void *user, const double *x, double *y)
+{
+    pdi_advance_user *u = (pdi_advance_user *)user;
+    pd_reactive *r = u->r;
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double *rest = r->move;
+    if (!s->kinetics) {
+        for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
+        pdi_advance_spend(r, y);
+        return;
+    }
+    pdi_par_copy(u->ctx, s->count * total, x, rest);
+    pdi_par_zero(u->ctx, s->count * total, y);
+    for (int n = 0; n < s->kinetics; n++) {
+        pdi_advance_split(u->ctx, r, n, rest);
+        pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
+        for (int k = 0; k < s->count; k++)
+            pdi_par_axpy(u->ctx, total, s->kinetic[n].gain[k] / r->weight[k], r->rates + total, y + k * total);
+    }
+    for (int k = 0; k < s->count; k++) {
+        pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
+        pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
+    }
+    pdi_advance_spend(r, y);
+}
+
+/* The correction behind the residual, to a share of it or to `goal`. */
+static pd_status pdi_advance_direction(pd_ctx *ctx, pd_reactive *r, double share, double goal,
+                                        pd_reactive_result *result)
+{
+    pdi_advance_user user;
+    pd_krylov_result linear;
+    pd_arena *arena = pdi_reactive_arena(r);
+    user.ctx = ctx;
+    user.r = r;
+    r->krylov.desc.rtol = share;
+    r->krylov.desc.atol = goal;
+    PDI_TRY(pdi_advance_derive(ctx, r));
+    pdi_advance_spend(r, r->work);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_advance_apply, pdi_advance_precondition, &user, r->work,
+                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
+    result->krylov += linear.iterations;
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
+}
+
+/* ---- Newton's method ---- */
+
+/* c: what belongs to the totals of `base` moved by a share of the correction. Where no equilibrium is found it is
+ * NaN. */
+static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    const double *delta = r->work + s->count * total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->base, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
+        if (pdi_components_solve(s, sum, c) != PD_OK) c[0] = NAN;
+        pdi_reactive_put(r, c, i, r->c);
+    }
+}
+
+/* A step along the correction, halved until the residual falls, or but for a rise that has room. 0: none does. */
+static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, double *norm)
+{
+    double before = *norm, share = 1.0;
+    pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->c, r->base);
+    for (int halving = 0; halving <= PDI_ADVANCE_HALVINGS; halving++, share *= 0.5) {
+        pdi_advance_move(ctx, r, share);
+        *norm = pdi_advance_residual(ctx, r);
+        if (*norm < (halving ? before : room * before)) return 1;
+    }
+    return 0;
+}
+
+/* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
+static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double goal = r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    r->dt = dt;
+    pdi_advance_weigh(ctx, r);
+    PDI_TRY(pdi_inverse_setup(ctx, &r->inverse, 1.0 / dt, NULL, 0));
+    double norm = pdi_advance_residual(ctx, r);
+    for (int step = 0; norm > goal; step++) {
+        if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
+        PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
+        pd_status status = pdi_advance_direction(ctx, r, share, 0.3 * goal, result);
+        if (status < 0) return status;
+        double before = norm, room = step < PDI_ADVANCE_FREE ? PDI_ADVANCE_RISE : 1.0;
+        if (!pdi_advance_shorten(ctx, r, room, &norm)) return PD_NOT_CONVERGED;
+        if (!r->linear) share = pdi_krylov_forcing(norm / before);
+        result->newton++;
+    }
+    result->residual = norm / goal;
+    return PD_OK;
+}
+
+/* The same for the whole step; where that fails, by way of shorter ones from the same start. */
+static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double now = dt;
+    for (int part = 0; part <= PDI_ADVANCE_PARTS;) {
+        pd_status status = pdi_advance_newton(ctx, r, now, result);
+        if (status < 0) return status;
+        if (status == PD_OK && now >= dt) return PD_OK;
+        if (status == PD_OK) now = fmin(now * PDI_ADVANCE_SHORTER, dt);
+        else {
+            pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+            now = dt * pow(PDI_ADVANCE_SHORTER, -(double)++part);
+            result->parts++;
+        }
+    }
+    return PD_RETRY;
+}
+
+/* ---- a step ---- */
+
+/* Totals at the start with what is owed. */
+static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int nt = pdi_advance_threads(ctx, r);
+    (void)nt;
+    pdi_par_copy(ctx, s->solutes * total, r->c, r->begin);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
+    }
+}
+
+/* carry: what the stages leave undone, dt [s] times that of the last one and `first` [s] times that of the first. */
+static void pdi_advance_owe(pd_reactive *r, double dt, double first)
+{
+    int64_t total = r->grid->total;
+    for (int k = 0; k < r->components.count; k++)
+        for (int64_t i = k * total; i < (k + 1) * total; i++) {
+            r->carry[i] = dt * r->weight[k] * r->work[i];
+            if (first > 0.0) r->carry[i] += first * r->rest[i];
+        }
+}
+
+/* The totals that the second stage starts from; what the first one leaves undone. */
+static void pdi_advance_between(pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        for (int k = 0; k < s->count; k++) r->rest[k * total + i] = r->weight[k] * r->work[k * total + i];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            double *from = r->total + k * total + i;
+            r->slope[k * total + i] = sum[k] - *from;
+            *from += ratio * r->slope[k * total + i];
+        }
+    }
+}
+
+/* Embedded estimate of the error of totals, over the largest sum of their terms (eq. 5.10). */
+static double pdi_advance_error(const pd_reactive *r)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    double size[PD_SPECIES_MOST] = {0.0}, off[PD_SPECIES_MOST] = {0.0}, worst = 0.0;
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        pdi_components_totals(s, c, sum);
+        for (int k = 0; k < s->count; k++) {
+            double terms = 0.0, last = sum[k] - r->total[k * total + i];
+            for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
+            size[k] = fmax(size[k], terms);
+            off[k] = fmax(off[k], fabs(r->slope[k * total + i] - last));
+        }
+    }
+    for (int k = 0; k < s->count; k++)
+        if (size[k] > 0.0) worst = fmax(worst, off[k] / size[k]);
+    return worst;
+}
+
+/* 1: next to nothing is owed where a component is spent, after a stage [s], and solutes that do not react keep the
+ * bounds of the start, of inlets and of held walls, where sources let them. */
+static int pdi_advance_keeps(const pd_reactive *r, double stage)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    int ports = pdi_boundary_any(r->grid);
+    for (int k = 0; k < s->count; k++) {
+        double most = 0.0, owed = 0.0;
+        for (int64_t at = k * total; at < (k + 1) * total; at++) {
+            most = fmax(most, fabs(r->total[at]));
+            if (r->spent[at]) owed = fmax(owed, -stage * r->weight[k] * r->work[at]);
+        }
+        if (owed > PDI_ADVANCE_SLACK * most) return 0;
+    }
+    for (int k = s->joined; k < s->count; k++) {
+        int n = s->master[k], reacts = 0;
+        pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL}, source = {0.0, 0.0};
+        for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
+        if (reacts) continue;
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->begin + n * total, &bounds);
+        pdi_bounds_take_all(r->grid, PD_FLUID, r->source + n * total, &source);
+        if (ports) pdi_bounds_take(r->inlet[n], &bounds);
+        if (r->diffusion.wall_rate && r->wall[n] == r->wall[n]) pdi_bounds_take(r->wall[n], &bounds);
+        if (source.low < 0.0) bounds.low = -HUGE_VAL;
+        if (source.high > 0.0) bounds.high = HUGE_VAL;
+        pdi_bounds_widen(r->grid, r->c + n * total, PDI_ADVANCE_SLACK, &bounds);
+        if (!pdi_bounds_keep(r->grid, r->c + n * total, NULL, &bounds)) return 0;
+    }
+    return 1;
+}
+
+/* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
+static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
+    memcpy(in, r->in, sizeof in);
+    memcpy(out, r->out, sizeof out);
+    pd_status status = pdi_advance_newton(ctx, r, stage, result);
+    if (status != PD_OK) return status;
+    pdi_reactive_pass(r, dt - stage);
+    pdi_advance_between(r);
+    status = pdi_advance_newton(ctx, r, stage, result);
+    if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
+    if (status != PD_OK) {
+        memcpy(r->in, in, sizeof in);
+        memcpy(r->out, out, sizeof out);
+        return status;
+    }
+    result->error = pdi_advance_error(r);
+    pdi_advance_owe(r, stage, dt - stage);
+    pdi_reactive_pass(r, stage);
+    return PD_OK;
+}
+
+static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    r->flux.absorb = r->still;
+    r->inverse.fresh = 0;
+    for (int n = 0; n < r->components.kinetics; n++) {
+        r->filter[n].inverse.fresh = 0;
+        r->filter[n].flux.absorb = r->filter[n].absorb;
+    }
+    PDI_TRY(pdi_flux_refresh(ctx, &r->flux));
+    pdi_flux_rates(ctx, &r->flux, 0.0, r->rates);
+    pdi_advance_start(ctx, r);
+    if (r->desc.order == 2) {
+        pd_status second = pdi_advance_second(ctx, r, dt, result);
+        if (second <= PD_OK) return second;
+        result->euler = 1;
+        pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+        pdi_advance_start(ctx, r);
+    }
+    pd_status status = pdi_advance_solve(ctx, r, dt, result);
+    if (status != PD_OK) return status;
+    pdi_advance_owe(r, dt, 0.0);
+    pdi_reactive_pass(r, dt);
+    return PD_OK;
+}
+
+pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
+{
+    pd_arena *arena = pdi_reactive_arena(r);
+    memset(result, 0, sizeof *result);
+    if (!(dt > 0.0) || !(dt < 1e300))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
+    pdi_multigrid_open(&r->inverse.mg);
+    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    pd_status status = pdi_advance_take(ctx, r, dt, result);
+    if (status != PD_OK) pdi_par_copy(ctx, r->components.solutes * (int64_t)r->grid->total, r->begin, r->c);
+    pdi_krylov_trim(ctx, &r->krylov);
+    for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
+    pdi_multigrid_close(&r->inverse.mg);
+    return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
+}

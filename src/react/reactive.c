@@ -1,0 +1,398 @@
+/* reactive: see reactive.h */
+#include "react/reactive.h"
+#include "core/par.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#if PDI_FLUX_FIELDS < PD_SPECIES_MOST
+#error "the fields of a sweep have to hold all species"
+#endif
+
+/* Basis vectors of the linear solver. */
+#define PDI_REACTIVE_BASIS 20
+#define PDI_REACTIVE_TOLERANCE 1e-10
+#define PDI_REACTIVE_STEPS 60
+
+PDI_COLD_BEGIN
+PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->desc.arena : &r->own; }
+
+/* ---- what it holds ---- */
+
+double *pd_reactive_field(pd_reactive *r, int species)
+{
+    int n = r->components.place[species];
+    return n < 0 ? NULL : r->c + (int64_t)n * r->grid->total;
+}
+
+double *pd_reactive_source(pd_reactive *r, int species)
+{
+    int n = r->components.place[species];
+    return n < 0 ? NULL : r->source + (int64_t)n * r->grid->total;
+}
+
+double pd_reactive_ph(const pd_reactive *r, int32_t node)
+{
+    double c[PD_SPECIES_MOST];
+    if (r->proton < 0) return NAN;
+    pdi_reactive_get(r, r->c, node, c);
+    return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+}
+
+/* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried. */
+static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, double *size)
+{
+    const pd_components *s = &r->components;
+    int64_t total = r->grid->total;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t i = 0; i < (int32_t)total; i++) {
+        double around = pdi_grid_circumference(r->grid, i);
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
+            double part = r->part[row][carried ? s->master[n] : n];
+            double term = around * part * (carried ? r->carry : r->c)[n * total + i];
+            pdi_sum_add(&sum, term);
+            *size += fabs(term) * r->bonds->stencil->volume;
+        }
+    }
+    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_reactive_balance *b)
+{
+    double size = 0.0;
+    (void)ctx;
+    memset(b, 0, sizeof *b);
+    memcpy(b->name, r->name[row], sizeof b->name);
+    b->start = r->start[row];
+    b->dissolved = pdi_reactive_amount(r, row, 0, &size);
+    b->carry = pdi_reactive_amount(r, row, 1, &size);
+    for (int n = 0; n < r->components.solutes; n++) {
+        b->in += r->part[row][n] * r->in[n];
+        b->out += r->part[row][n] * r->out[n];
+        size += fabs(r->part[row][n]) * (fabs(r->in[n]) + fabs(r->out[n]));
+    }
+    b->imbalance = b->dissolved + b->carry + b->out - b->in - b->start;
+    b->relative = size > 0.0 ? fabs(b->imbalance) / size : 0.0;
+}
+
+PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
+{
+    const pd_components *s = &r->components;
+    const pd_grid *grid = r->grid;
+    int64_t total = grid->total;
+    pdi_sum in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];
+    memset(in, 0, sizeof in);
+    memset(out, 0, sizeof out);
+    for (int32_t i = 0; i < grid->total; i++) {
+        double around = pdi_grid_circumference(grid, i);
+        if (grid->kind[i] != PD_FLUID) continue;
+        for (int n = 0; n < s->solutes; n++) {
+            pdi_sum_add(&in[n], r->source[n * total + i] * around);
+            if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
+            double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
+            pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
+        }
+    }
+    for (int32_t p = 0; p < r->boundary.count; p++) {
+        int32_t i = r->boundary.node[p];
+        double around = pdi_grid_circumference(grid, i), flux, bond, upwind;
+        for (int k = 0; k < r->bonds->stencil->count; k++) {
+            int32_t j = i + r->bonds->paths.shift[k];
+            if (!pdi_flux_open(&r->flux, i, k)) continue;
+            if (grid->kind[j] != PD_OUTLET && grid->kind[j] != PD_INLET) continue;
+            pdi_flux_bond(&r->flux, i, k, &flux, &bond, &upwind);
+            for (int n = 0; n < s->solutes; n++) {
+                double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
+                double leave = 0.5 * flux * (here + there) - fmax(fabs(0.5 * flux), r->ratio[n] * bond) *
+                                                             (there - here);
+                pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
+                            around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
+            }
+        }
+    }
+    for (int n = 0; n < s->solutes; n++) {
+        r->in[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&in[n]);
+        r->out[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&out[n]);
+    }
+}
+
+/* A row of the balance: `times` atoms of an element less `less` of another (0: none). */
+static void pdi_reactive_row(const pd_species *species, int count, int element, int less, int times, pd_reactive *r)
+{
+    char one[8], other[8];
+    if (r->rows == PD_REACTIVE_ROWS - 1) return;
+    pdi_species_symbol(element, one);
+    r->name[r->rows][0] = 0;
+    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "%s", one);
+    if (less) {
+        pdi_species_symbol(less, other);
+        pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
+    }
+    for (int i = 0; i < count; i++) {
+        int n = r->components.place[i];
+        if (n < 0) continue;
+        r->part[r->rows][n] = pdi_species_atoms(&species[i], element);
+        if (less) r->part[r->rows][n] -= times * pdi_species_atoms(&species[i], less);
+    }
+    r->rows++;
+}
+
+/* Elements that the solvent has not, in order; then of those that it has one less another; then the charge. */
+static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive *r)
+{
+    const pd_species *solvent = NULL;
+    for (int i = 0; i < count; i++)
+        if (species[i].phase == PD_PHASE_SOLVENT) solvent = &species[i];
+    for (int e = 1; e < 119; e++) {
+        int there = 0;
+        for (int i = 0; i < count; i++)
+            if (species[i].phase == PD_PHASE_SOLUTE && pdi_species_atoms(&species[i], e)) there = 1;
+        if (there && !(solvent && pdi_species_atoms(solvent, e))) pdi_reactive_row(species, count, e, 0, 0, r);
+    }
+    for (int e = 1; solvent && e < 119; e++) { /* H2O: H less 2 O */
+        int last = solvent->element[solvent->elements - 1], atoms = pdi_species_atoms(solvent, last);
+        if (e == last || !pdi_species_atoms(solvent, e) || atoms != 1) continue;
+        pdi_reactive_row(species, count, e, last, pdi_species_atoms(solvent, e), r);
+    }
+    pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "charge");
+    for (int n = 0; n < r->components.solutes; n++) r->part[r->rows][n] = r->components.charge[n];
+    r->rows++;
+}
+
+/* ---- the object ---- */
+
+/* Bring c [solutes] to the equilibrium of its totals. */
+static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
+{
+    double total[PD_SPECIES_MOST];
+    for (int n = 0; n < r->components.solutes; n++)
+        if (!(c[n] >= 0.0) || !(c[n] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
+                            "value of at least 0", where, n + 1, r->components.solutes, c[n]);
+    pdi_components_totals(&r->components, c, total);
+    if (pdi_components_solve(&r->components, total, c) == PD_OK) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
+}
+
+static void pdi_reactive_fill(pd_reactive *r, uint8_t kind, const double *c)
+{
+    for (int32_t i = 0; i < r->grid->total; i++)
+        if (r->grid->kind[i] == kind) pdi_reactive_put(r, c, i, r->c);
+}
+
+pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
+{
+    double size = 0.0;
+    for (int32_t i = 0; i < r->grid->total; i++) {
+        double c[PD_SPECIES_MOST];
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_reactive_get(r, r->c, i, c);
+        PDI_TRY(pdi_reactive_settle(ctx, r, "a node", c));
+        pdi_reactive_put(r, c, i, r->c);
+    }
+    pdi_reactive_fill(r, PD_INLET, r->inlet);
+    memset(r->carry, 0, (size_t)r->components.count * (size_t)r->grid->total * sizeof *r->carry);
+    memset(r->in, 0, sizeof r->in);
+    memset(r->out, 0, sizeof r->out);
+    for (int row = 0; row < r->rows; row++) r->start[row] = pdi_reactive_amount(r, row, 0, &size);
+    return PD_OK;
+}
+
+PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
+{
+    pd_reactive *reactive = (pd_reactive *)object;
+    if (!reactive->grid) return;
+    int64_t total = reactive->grid->total;
+    PDI_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
+    PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
+    if (reactive->components.kinetics) PDI_ARRAY(owner, reactive, filter, reactive->components.kinetics, "");
+}
+
+/* Values of the desc in the order of the solutes. */
+static void pdi_reactive_pick(const pd_reactive *r, const double *of, double *c)
+{
+    for (int i = 0; i < r->desc.count; i++)
+        if (r->components.place[i] >= 0) c[r->components.place[i]] = of ? of[i] : 0.0;
+}
+
+/* The mean diffusivity of the fluxes, and what the species have of it. */
+static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *species, pd_reactive *r)
+{
+    double least = HUGE_VAL, most = 0.0, of[PD_SPECIES_MOST];
+    int even = 1;
+    for (int i = 0; i < r->desc.count; i++) {
+        int n = r->components.place[i];
+        double d = species[i].diffusivity;
+        if (n < 0) continue;
+        if (!(d >= 0.0) || !(d < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s has D = %g m2/s, expected a finite value of at least "
+                            "0", species[i].name, d);
+        of[n] = d;
+        if (d > 0.0) least = fmin(least, d);
+        most = fmax(most, d);
+        if (strcmp(species[i].name, "H+") == 0) r->proton = n;
+    }
+    r->diffusion.desc.diffusivity = most > 0.0 ? (least < most ? sqrt(least * most) : most) : 0.0;
+    for (int n = 0; n < r->components.solutes; n++) {
+        r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
+        if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
+    }
+    r->linear = !r->components.kinetics && (even || !r->components.joined);
+    return PD_OK;
+}
+
+static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->components = r->components.count;
+    kd->n = (int64_t)kd->components * r->grid->total;
+    kd->spans = &r->bonds->spans;
+    kd->restart = PDI_REACTIVE_BASIS;
+    kd->most = 10 * PDI_REACTIVE_BASIS;
+    kd->flexible = 1;
+    kd->compressed = 1;
+    kd->zero_guess = 1;
+}
+
+PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
+{
+    pd_reactive *reactive = (pd_reactive *)object;
+    const pd_components *s = &reactive->components;
+    int64_t total = reactive->grid->total;
+    PDI_RAW(owner, reactive, begin, s->solutes * total, "mol/m3");
+    PDI_RAW(owner, reactive, base, s->solutes * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, total, s->count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, move, s->solutes * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
+    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, rest, s->count * total, "mol/m3/s");
+    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
+    PDI_ARRAY(owner, reactive, part_of, total, "mol/m3/s");
+    PDI_ARRAY(owner, reactive, spent, s->count * total, "1");
+    PDI_ARRAY(owner, reactive, rates, 2 * total, "1/s");
+    PDI_RAW(owner, reactive, by, reactive->slots * total, "");
+    PDI_ARRAY(owner, reactive, still, total, "1/s");
+    pdi_flux_list(owner, &reactive->flux);
+    pdi_inverse_list(owner, &reactive->inverse);
+    for (int n = 0; n < s->kinetics; n++) {
+        pd_reactive_filter *filter = &reactive->filter[n];
+        PDI_ARRAY(owner, filter, absorb, total, "1/s");
+        pdi_inverse_list(owner, &filter->inverse);
+    }
+}
+
+static size_t pdi_reactive_room(pd_reactive *r)
+{
+    size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
+    return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
+}
+
+static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+{
+    pd_multigrid_desc md;
+    pd_krylov_desc kd;
+    pdi_compact_multigrid(r->grid, &md);
+    md.symmetric = r->flow == NULL;
+    md.arena = pdi_reactive_arena(r);
+    r->inverse.flux = &r->flux;
+    r->inverse.spread = 1.0;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &r->inverse));
+    for (int n = 0; n < r->components.kinetics; n++) {
+        r->filter[n].flux = r->flux;
+        r->filter[n].inverse.flux = &r->filter[n].flux;
+        r->filter[n].inverse.spread = 1.0;
+        PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
+    }
+    pdi_reactive_krylov(r, &kd);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &r->krylov));
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &r->krylov));
+    return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
+}
+
+static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                   const pd_reactive_desc *desc, pd_reactive *r)
+{
+    double c[PD_SPECIES_MOST];
+    memset(r, 0, sizeof *r);
+    PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count, desc->activity,
+                                desc->temperature, &r->components));
+    if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||
+        desc->order > 2 || !desc->initial)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "tolerance %g, %d steps of Newton, order %d, concentrations "
+                        "at the start: %s; expected a tolerance of 0 to 1, at least 0 steps, order 1 or 2, "
+                        "concentrations", desc->tolerance, desc->most, desc->order, desc->initial ? "yes" : "none");
+    r->desc = *desc;
+    if (!(r->desc.tolerance > 0.0)) r->desc.tolerance = PDI_REACTIVE_TOLERANCE;
+    if (!r->desc.most) r->desc.most = PDI_REACTIVE_STEPS;
+    r->grid = grid;
+    r->bonds = bonds;
+    r->flow = flow;
+    r->proton = -1;
+    r->slots = r->components.live * pdi_components_columns(&r->components) +
+               r->components.kinetics * r->components.count;
+    if (!r->slots) r->slots = 1;
+    PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
+    pdi_reactive_rows(desc->species, desc->count, r);
+    pdi_reactive_pick(r, desc->wall, r->wall);
+    for (int n = 0; n < r->components.solutes; n++) {
+        if (!desc->held || !desc->wall) r->wall[n] = NAN;
+        r->closed[n] = r->wall[n] == r->wall[n] ? 0.0 : NAN;
+        if (r->wall[n] < 0.0 || r->wall[n] > 1e100)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
+                            "least 0", r->wall[n]);
+    }
+    PDI_TRY(pdi_owner_build(ctx, pdi_reactive_list, r));
+    pdi_reactive_pick(r, desc->inlet ? desc->inlet : desc->initial, r->inlet);
+    pdi_reactive_pick(r, desc->initial, c);
+    PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
+    PDI_TRY(pdi_reactive_settle(ctx, r, "initial", c));
+    pdi_reactive_fill(r, PD_FLUID, c);
+    pd_diffusion_desc dd;
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = r->diffusion.desc.diffusivity;
+    dd.held = desc->wall ? desc->held : NULL;
+    dd.user = desc->user;
+    PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
+    PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
+    r->flux.bonds = bonds;
+    r->flux.flow = flow;
+    r->flux.diffusion = &r->diffusion;
+    r->flux.boundary = &r->boundary;
+    PDI_TRY(pdi_flux_build(ctx, &r->flux));
+    PDI_TRY(pdi_reactive_solvers(ctx, r));
+    r->desc.species = NULL;
+    r->desc.reactions = NULL;
+    r->desc.initial = r->desc.inlet = r->desc.wall = NULL;
+    return pd_reactive_begin(ctx, r);
+}
+
+pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                            const pd_reactive_desc *desc, pd_reactive *r)
+{
+    pd_status status = pdi_reactive_make(ctx, grid, bonds, flow, desc, r);
+    if (status < 0) pd_reactive_free(ctx, r);
+    return status;
+}
+
+pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
+{
+    PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
+    PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
+    pdi_reactive_fill(r, PD_INLET, r->inlet);
+    return pdi_flux_fit(ctx, &r->flux);
+}
+
+void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
+{
+    pdi_flux_free(ctx, &r->flux);
+    pdi_boundary_free(ctx, &r->boundary);
+    pdi_diffusion_free(ctx, &r->diffusion);
+    pdi_inverse_free(ctx, &r->inverse);
+    for (int n = 0; n < r->components.kinetics && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
+    pdi_krylov_free(ctx, &r->krylov);
+    pdi_owner_free(ctx, pdi_reactive_list, r);
+    pd_arena_free(ctx, &r->own);
+    memset(r, 0, sizeof *r);
+}
+PDI_COLD_END

@@ -1,0 +1,142 @@
+/* reactive: several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
+ *
+ * Implicit steps of any length solve for the totals of components (components.h), so reactions in equilibrium stay so
+ * at every node, and nothing is split. Each species has its own D; fluxes are those of transport.h, upwinded. Amounts
+ * are kept to rounding, converged or not: what a step leaves undone is carried on. Concentrations are at least 0.
+ */
+#ifndef PD_REACTIVE_H
+#define PD_REACTIVE_H
+#include "chemistry/components.h"
+#include "solve/krylov.h"
+#include "transport/inverse.h"
+
+#define PD_REACTIVE_ROWS 20 /* of a balance */
+#define PD_REACTIVE_NAME 16 /* [byte] of the name of one with its end */
+
+/* Zero-initialise. Entries of the solvent are not read. */
+typedef struct pd_reactive_desc {
+    const pd_species *species;   /* solutes, and the solvent where reactions name it */
+    int count;
+    const pd_reaction *reactions;
+    int reaction_count;
+    pd_activity activity;
+    double temperature;          /* [K] of the activities */
+    const double *initial;       /* [count] [mol/m3], brought to equilibrium */
+    const double *inlet;         /* [count] [mol/m3] of the inflow, brought to equilibrium; NULL: `initial` */
+    const double *wall;          /* [count] [mol/m3] of each species on walls that hold; NaN: they are closed for it */
+    pd_point_fn held;            /* where walls and solids hold: any number; NaN: they are closed. NULL: all are */
+    void *user;
+    double tolerance;            /* [-] of the equations of a step, for each component; 0: 1e-10 */
+    int order;                   /* of steps in time: 1, which keeps bounds, or 2; 0: 1 */
+    int most;                    /* steps of Newton before a step is refused or taken in parts; 0: 60 */
+    pd_arena *arena;             /* as of pd_transport_desc */
+} pd_reactive_desc;
+
+/* Amounts [mol, per m in planar 2D, per m2 in 1D] that only sides and sources change: an element, the charge, or what
+ * the solvent does not change of its elements, as H - 2 O. dissolved + carry = start + in - out + imbalance. */
+typedef struct pd_reactive_balance {
+    char name[PD_REACTIVE_NAME]; /* "Ca", "charge", "H-2O" */
+    double start, dissolved, carry; /* [mol] */
+    double in, out;   /* [mol] through inlets, outlets and held walls, and by sources (in) */
+    double imbalance; /* [mol] */
+    double relative; /* [-] over the sum of the sizes of all terms */
+} pd_reactive_balance;
+
+/* What a kinetic reaction does to the preconditioner. */
+typedef struct pd_reactive_filter {
+    double *absorb;     /* [total] [1/s] rate at which it brings itself to rest */
+    pd_flux flux;
+    pd_inverse inverse;
+} pd_reactive_filter;
+
+typedef struct pd_reactive {
+    pd_reactive_desc desc;    /* defaults filled in; the arrays of the caller are not kept */
+    pd_components components;
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    const pd_flow *flow;      /* NULL: fluid at rest */
+    int rows;                 /* of the balance */
+    char name[PD_REACTIVE_ROWS][PD_REACTIVE_NAME];
+    double part[PD_REACTIVE_ROWS][PD_SPECIES_MOST]; /* [-] of a solute in each row */
+    double start[PD_REACTIVE_ROWS];                 /* [mol] */
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];     /* [mol] of solutes since the start */
+    double ratio[PD_SPECIES_MOST];   /* [-] of the diffusivities to that of `diffusion` */
+    double wall[PD_SPECIES_MOST], closed[PD_SPECIES_MOST]; /* [mol/m3] held, NaN: not; 0 or NaN alike */
+    double inlet[PD_SPECIES_MOST];   /* [mol/m3] */
+    int proton;                      /* solute H+; -1: none */
+    int linear;                      /* 1: the equations are, in the totals */
+    pd_diffusion diffusion;
+    pd_boundary boundary;
+    pd_flux flux;
+    pd_inverse inverse;
+    pd_reactive_filter *filter;      /* [kinetics of the components] */
+    pd_krylov krylov;
+    pd_arena own;
+    double *c;      /* [solutes][total] [mol/m3] with inlets */
+    double *carry;  /* [components][total] [mol/m3] what the last step left undone; the next one delivers it */
+    double *source; /* [solutes][total] [mol/m3/s] given by the caller before a step */
+    /* lent for a step: */
+    double *begin;  /* [solutes][total] [mol/m3] at the start of the step */
+    double *base;   /* [solutes][total] [mol/m3] before a step of Newton */
+    double *total;  /* [components][total] [mol/m3] totals at the start, with the carry */
+    double *move;   /* [solutes][total] [mol/m3] change of concentrations, work */
+    double *work;   /* [2][components][total] residual over its weight, correction */
+    double *rest;   /* [components][total] [mol/m3/s] what the first stage of two left undone; NULL: one stage */
+    double *slope;  /* [components][total] [mol/m3] change of totals in it; or NULL */
+    double *part_of; /* [total] [mol/m3/s] work */
+    uint8_t *spent; /* [components][total] 1: nothing of it is there, and the balance asks for less: that is owed */
+    double *rates;  /* [total] [1/s] of exchange */
+    float *by;      /* [total][slots] [-] how concentrations, and [1/s] how kinetic reactions follow the totals */
+    double *still;  /* [total] [1/s] zeros */
+    int slots;
+    double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
+    double dt;                       /* [s] of the stage at hand */
+} pd_reactive;
+
+#define pd_reactive_build PD_NAME(pd_reactive_build)
+#define pd_reactive_update PD_NAME(pd_reactive_update)
+#define pd_reactive_begin PD_NAME(pd_reactive_begin)
+#define pd_reactive_field PD_NAME(pd_reactive_field)
+#define pd_reactive_source PD_NAME(pd_reactive_source)
+#define pd_reactive_ph PD_NAME(pd_reactive_ph)
+#define pd_reactive_balance_of PD_NAME(pd_reactive_balance_of)
+#define pd_reactive_free PD_NAME(pd_reactive_free)
+
+/* Grid, bonds and flow are borrowed; flow may be NULL. PD_ERR_ARGUMENT: a value is negative or not finite, a species
+ * is no solute, reactions contradict each other, or no equilibrium was found. */
+PD_API pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
+                                   const pd_reactive_desc *desc, pd_reactive *reactive);
+/* After pd_bonds_update. Nodes that have turned fluid have what the caller puts there. */
+PD_API pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *reactive);
+/* After concentrations were set by hand: bring all nodes to equilibrium, and begin the balance anew.
+ * PD_ERR_ARGUMENT: a concentration is negative or not finite, or no equilibrium was found. */
+PD_API pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *reactive);
+/* [total] [mol/m3] and [mol/m3/s] of a species by its number in the desc; NULL: the solvent. */
+PD_API double *pd_reactive_field(pd_reactive *reactive, int species);
+PD_API double *pd_reactive_source(pd_reactive *reactive, int species);
+/* -log10 of the activity of H+ at a node, with mol/L; NaN: there is no such species. */
+PD_API double pd_reactive_ph(const pd_reactive *reactive, int32_t node);
+/* Row `row` < reactive->rows of the balance. */
+PD_API void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *reactive, int row, pd_reactive_balance *balance);
+PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
+
+#ifdef PDI_INTERNAL
+/* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
+PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
+PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
+/* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
+PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
+/* The concentrations of a node. */
+static inline void pdi_reactive_get(const pd_reactive *reactive, const double *field, int32_t i, double *c)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) c[n] = field[(int64_t)n * reactive->grid->total + i];
+}
+
+static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c, int32_t i, double *field)
+{
+    for (int n = 0; n < reactive->components.solutes; n++) field[(int64_t)n * reactive->grid->total + i] = c[n];
+}
+#endif
+
+#endif

@@ -1,0 +1,159 @@
+/* components: totals and concentrations against the equilibria of speciation, which are solved in another way; from any
+ * guess; derivatives against differences.
+ * dims: 1 */
+#include "chemistry/speciation.h"
+#include "chemistry_case.h"
+#include "random.h"
+
+static void build(mixture *v, pd_activity activity, pd_components *s)
+{
+    CHECK_OK(&v->ctx, pdi_components_build(&v->ctx, v->s, v->species, v->r, v->reactions, activity, 298.15, s));
+}
+
+/* Concentrations of solutes from those of all species. */
+static void pick(const pd_components *s, int species, const double *all, double *c)
+{
+    for (int i = 0; i < species; i++)
+        if (s->place[i] >= 0) c[s->place[i]] = all[i];
+}
+
+/* Any mixture, from a guess that says nothing. Speciation finds the same. */
+static void any(pd_activity activity, double most, double tolerance)
+{
+    mixture v;
+    pd_components s;
+    pd_speciation system;
+    pd_speciation_result result;
+    uint32_t random = 7;
+    int solved = 0;
+    mix_body_fluid(&v);
+    build(&v, activity, &s);
+    CHECK_OK(&v.ctx, pd_speciation_build(&v.ctx, v.s, v.species, v.r, v.reactions, activity, 298.15, &system));
+    CHECK_INT(s.solutes, 14);
+    CHECK_INT(s.count, 7);
+    CHECK_INT(s.joined, 5);
+    for (int k = 0; k < 400; k++) {
+        double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], again[PD_SPECIES_MOST];
+        for (int i = 0; i < v.species; i++) all[i] = most * pow(10.0, -12.0 * random_share(&random));
+        all[0] = 55344.0;
+        pick(&s, v.species, all, c);
+        pdi_components_totals(&s, c, total);
+        for (int i = 0; i < s.solutes && k % 2; i++) c[i] = 1e-3;
+        if (!CHECK_INT(pdi_components_solve(&s, total, c), PD_OK)) continue;
+        pdi_components_totals(&s, c, again);
+        for (int m = 0; m < s.count; m++) {
+            double size = fabs(total[m]);
+            for (int i = 0; i < s.solutes; i++) size += fabs(s.m[m][i]) * c[i];
+            CHECK_NEAR(again[m], total[m], 1e-14 * size);
+        }
+        if (pd_speciation_solve(&system, all, &result) != PD_OK) continue;
+        solved++;
+        for (int i = 1; i < v.species; i++) CHECK_REL(c[s.place[i]], all[i], tolerance);
+    }
+    CHECK_LE(380, solved);
+}
+
+TEST(any_ideal) { any(PD_ACTIVITY_IDEAL, 100.0, 1e-7); }
+TEST(any_davies) { any(PD_ACTIVITY_DAVIES, 30.0, 1e-7); }
+
+/* A + 2 B = P with K of 1e30: one of both is used up. What totals cannot have is next to 0. */
+TEST(front)
+{
+    mixture v;
+    pd_components s;
+    mix_begin(&v);
+    int a = mix_species(&v, "Aa", "Na", 1e-9), b = mix_species(&v, "Bb", "K", 1e-9);
+    int p = mix_species(&v, "Pp", "NaK2", 1e-9);
+    mix_reaction(&v, "Aa + 2 Bb = Pp", 30.0, 0.0, NULL);
+    build(&v, PD_ACTIVITY_IDEAL, &s);
+    for (int k = 0; k < 41; k++) {
+        double c[3] = {0.0, 0.0, 0.0}, start[3] = {0.0, 0.0, 0.0}, total[3];
+        start[a] = 10.0;
+        start[b] = k;
+        pdi_components_totals(&s, start, total);
+        CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
+        CHECK_NEAR(c[a], fmax(10.0 - 0.5 * k, 0.0), k == 20 ? 1e-6 : 1e-11);
+        CHECK_NEAR(c[b], fmax(k - 20.0, 0.0), k == 20 ? 1e-6 : 1e-11);
+        CHECK_NEAR(c[p], fmin(10.0, 0.5 * k), k == 20 ? 1e-6 : 1e-11);
+        for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
+        start[a] = -1e-9;
+        pdi_components_totals(&s, start, total);
+        CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
+        for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
+        CHECK_NEAR(c[b], k, 1e-8);
+    }
+}
+
+static void derivatives(pd_activity activity)
+{
+    mixture v;
+    pd_components s;
+    double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], by[PD_SPECIES_MOST];
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    mix_body_fluid(&v);
+    build(&v, activity, &s);
+    mix_hanks(&v, all);
+    pick(&s, v.species, all, c);
+    pdi_components_totals(&s, c, total);
+    CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
+    pdi_components_derive(&s, c, table);
+    for (int k = 0; k < s.count; k++) {
+        double one[PD_SPECIES_MOST] = {0.0}, high[PD_SPECIES_MOST], low[PD_SPECIES_MOST], step = 1e-4;
+        one[k] = 1.0;
+        pdi_components_follow(&s, table, one, by);
+        memcpy(high, c, sizeof high);
+        memcpy(low, c, sizeof low);
+        total[k] += step;
+        CHECK_INT(pdi_components_solve(&s, total, high), PD_OK);
+        total[k] -= 2.0 * step;
+        CHECK_INT(pdi_components_solve(&s, total, low), PD_OK);
+        total[k] += step;
+        for (int i = 0; i < s.solutes; i++)
+            CHECK_NEAR(by[i], (high[i] - low[i]) / (2.0 * step), 2e-6 * (fabs(by[i]) + 1e-4));
+    }
+}
+
+TEST(derivatives_ideal) { derivatives(PD_ACTIVITY_IDEAL); }
+TEST(derivatives_davies) { derivatives(PD_ACTIVITY_DAVIES); }
+
+TEST(speeds)
+{
+    mixture v;
+    pd_components s;
+    double all[4] = {0.3, 0.7, 0.2, 5.0}, by[4];
+    mix_begin(&v);
+    mix_species(&v, "Aa", "Na", 1e-9);
+    mix_species(&v, "Bb", "K", 1e-9);
+    mix_species(&v, "Pp", "NaK2", 1e-9);
+    mix_species(&v, "H2O", NULL, 0.0);
+    mix_reaction(&v, "Aa + 2 Bb = Pp", 3.0, 7.0, "L2/mol2/s");
+    build(&v, PD_ACTIVITY_IDEAL, &s);
+    CHECK_INT(s.count, 3);
+    CHECK_INT(s.kinetics, 1);
+    CHECK_REL(pdi_components_speed(&s, &s.kinetic[0], all, by), pd_reaction_speed(&v.r[0], v.s, 4, all), 1e-14);
+    for (int i = 0; i < 3; i++) {
+        double x = all[i], step = 1e-5;
+        all[i] = x + step;
+        double high = pd_reaction_speed(&v.r[0], v.s, 4, all);
+        all[i] = x - step;
+        double low = pd_reaction_speed(&v.r[0], v.s, 4, all);
+        all[i] = x;
+        CHECK_REL(by[i], (high - low) / (2.0 * step), 1e-8);
+    }
+}
+
+TEST(refused)
+{
+    mixture v;
+    pd_components s;
+    mix_body_fluid(&v);
+    mix_reaction(&v, "CO2 + H2O = CO3-2 + 2 H+", -15.0, 0.0, NULL);
+    CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, v.reactions, PD_ACTIVITY_IDEAL, 298.15, &s),
+              PD_ERR_ARGUMENT);
+    CHECK_INT(s.solutes, 0);
+    mix_species(&v, "CaCO3(s)", NULL, 0.0);
+    CHECK_INT(pdi_components_build(&v.ctx, v.s, v.species, v.r, 1, PD_ACTIVITY_IDEAL, 298.15, &s), PD_ERR_ARGUMENT);
+}
+
+TEST_MAIN(ENTRY(any_ideal) ENTRY(any_davies) ENTRY(front) ENTRY(derivatives_ideal) ENTRY(derivatives_davies)
+          ENTRY(speeds) ENTRY(refused))
