@@ -683,6 +683,8 @@ PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 PDI_FN PDI_ONCE size_t pdi_arena_bytes(pdi_list_fn list, void *object);
 /* Room for so many bytes, or what there is if that is more. PD_ERR_INTERNAL: something is lent. */
 PDI_FN PDI_ONCE pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes);
+/* 1: there is room for the arrays of a list. */
+PDI_FN PDI_ONCE int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object);
 /* Point the arrays of a list into the arena: zeros, but for those of PDI_RAW. PD_ERR_INTERNAL: there is no room. */
 PDI_FN PDI_ONCE pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object);
 /* Take them back: their pointers become NULL. Returns `status`, or when that is no error PD_ERR_INTERNAL: they are not
@@ -1902,6 +1904,8 @@ typedef struct pd_krylov_desc {
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room. Borrowed;
+                         * NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1929,6 +1933,7 @@ typedef struct pd_krylov {
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
     void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
+    int lent[PD_KRYLOV_MORE]; /* 1: by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
@@ -1956,7 +1961,7 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
 PDI_FN double pdi_krylov_least(void);
-/* Give back what has grown. */
+/* Give back what has grown and was allocated; the arena has the rest back from the end of each solve on. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
@@ -10398,10 +10403,15 @@ static int pdi_arena_go(const pd_arena *arena, void (*take)(pdi_owner *, const p
     return walk.wrong;
 }
 
+PDI_FN int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object)
+{
+    return arena->block && pdi_arena_bytes(list, object) <= arena->size - arena->used;
+}
+
 PDI_FN pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object)
 {
     size_t bytes = pdi_arena_bytes(list, object);
-    if (!arena->block || bytes > arena->size - arena->used)
+    if (!pdi_arena_has(arena, list, object))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
                         "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
                         (double)arena->size * 1e-6);
@@ -16213,7 +16223,7 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
-    if (!krylov->chunks) return;
+    if (krylov->columns <= d->restart) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
     if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
@@ -16227,22 +16237,54 @@ static int pdi_krylov_room(const pd_krylov *krylov)
     return krylov->desc.restart + krylov->chunks * krylov->grow;
 }
 
+/* The chunk behind those that there are. */
+static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
+    pdi_owner_add(owner, PDI_OWNED_RAW, "krylov.more", "1", pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                  &krylov->more[krylov->chunks]);
+}
+
+/* Room for one more chunk: of the arena, or else a new one. */
+static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
+{
+    pd_arena *arena = krylov->desc.arena;
+    krylov->lent[krylov->chunks] = arena && pdi_arena_has(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->lent[krylov->chunks]) return pdi_arena_lend(ctx, arena, pdi_krylov_chunk_list, krylov);
+    return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
+}
+
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = pdi_krylov_room(krylov) + krylov->grow;
     if (columns > krylov->desc.most || !krylov->grow) return 0;
-    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
-                                 &krylov->more[krylov->chunks]);
-    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
+    if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
         krylov->chunks++;
         return 1;
     }
-    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
+}
+
+/* The arena takes back what it has lent to the basis; what was allocated moves up for the next solve. */
+static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
+{
+    int kept = 0, chunks = krylov->chunks;
+    while (krylov->chunks--)
+        if (krylov->lent[krylov->chunks])
+            status = pdi_arena_return(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
+    for (int k = 0; k < chunks; k++) {
+        void *chunk = krylov->more[k];
+        krylov->more[k] = NULL;
+        if (krylov->lent[k]) krylov->lent[k] = 0;
+        else krylov->more[kept++] = chunk;
+    }
+    krylov->chunks = kept;
+    return status;
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -16772,7 +16814,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
     run.result->converged = status == PD_OK;
-    return status;
+    return pdi_krylov_return(ctx, krylov, status);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -21495,7 +21537,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
-static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
@@ -21503,6 +21545,7 @@ static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->zero_guess = kd->compressed = 1;
 }
@@ -27573,7 +27616,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
-static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = t->grid->total;
@@ -27581,6 +27624,7 @@ static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
     kd->components = 1;
     kd->restart = 20;
     kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
     kd->flexible = 1;
     kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */

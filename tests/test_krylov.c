@@ -227,6 +227,50 @@ TEST(gmres_growth)
     }
 }
 
+/* A basis grows into what an arena has left, and beyond; after a solve the arena has it back. The same bits. */
+TEST(gmres_growth_lent)
+{
+    enum { N = 24, GROWS = 19, LENT = 7 };
+    for (int flexible = 0; flexible < 2; flexible++) {
+        double b[N] = {0.0}, x[2][N];
+        size_t chunk = (size_t)N * sizeof *b * (flexible ? 2 : 1), grown[2];
+        b[0] = 1.0;
+        for (int lends = 0; lends < 2; lends++) {
+            pd_ctx ctx;
+            pd_krylov k;
+            pd_krylov_result r;
+            pd_arena arena;
+            pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+            sys s = make(K_SHIFT, N);
+            pd_ctx_init(&ctx);
+            memset(&arena, 0, sizeof arena);
+            d.restart = 5;
+            d.most = 25;
+            d.max_iterations = 1000;
+            d.flexible = flexible;
+            if (lends) d.arena = &arena;
+            CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, LENT * chunk));
+            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            size_t built = ctx.in_use;
+            for (int pass = 0; pass < 2; pass++) {
+                memset(x[lends], 0, sizeof x[lends]);
+                CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, flexible ? same : NULL, &s, b, x[lends], &r));
+                CHECK_INT(r.iterations, N);
+                CHECK_INT(k.chunks, GROWS - (lends ? LENT : 0));
+                CHECK_INT((int)arena.used, 0);
+            }
+            grown[lends] = ctx.in_use - built;
+            pdi_krylov_trim(&ctx, &k);
+            CHECK_INT((int)ctx.in_use, (int)built);
+            pdi_krylov_free(&ctx, &k);
+            pd_arena_free(&ctx, &arena);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_INT((int)(grown[0] - grown[1]), (int)(LENT * chunk));
+        CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+    }
+}
+
 /* As many iterations as distinct eigenvalues; the last one is a lucky breakdown. */
 TEST(gmres_breakdown)
 {
@@ -619,7 +663,7 @@ TEST(bad_input)
     pdi_krylov_free(&ctx, &k);
 }
 
-TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_breakdown)
-          ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport)
+TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)
+          ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport)
           ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible)
           ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))

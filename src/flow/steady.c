@@ -271,7 +271,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
-static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
@@ -279,6 +279,7 @@ static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->zero_guess = kd->compressed = 1;
 }

@@ -132,7 +132,7 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
-    if (!krylov->chunks) return;
+    if (krylov->columns <= d->restart) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
     if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
@@ -146,22 +146,54 @@ static int pdi_krylov_room(const pd_krylov *krylov)
     return krylov->desc.restart + krylov->chunks * krylov->grow;
 }
 
+/* The chunk behind those that there are. */
+static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
+    pdi_owner_add(owner, PDI_OWNED_RAW, "krylov.more", "1", pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                  &krylov->more[krylov->chunks]);
+}
+
+/* Room for one more chunk: of the arena, or else a new one. */
+static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
+{
+    pd_arena *arena = krylov->desc.arena;
+    krylov->lent[krylov->chunks] = arena && pdi_arena_has(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->lent[krylov->chunks]) return pdi_arena_lend(ctx, arena, pdi_krylov_chunk_list, krylov);
+    return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
+}
+
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = pdi_krylov_room(krylov) + krylov->grow;
     if (columns > krylov->desc.most || !krylov->grow) return 0;
-    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
-                                 &krylov->more[krylov->chunks]);
-    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
+    if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
         krylov->chunks++;
         return 1;
     }
-    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
+}
+
+/* The arena takes back what it has lent to the basis; what was allocated moves up for the next solve. */
+static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
+{
+    int kept = 0, chunks = krylov->chunks;
+    while (krylov->chunks--)
+        if (krylov->lent[krylov->chunks])
+            status = pdi_arena_return(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
+    for (int k = 0; k < chunks; k++) {
+        void *chunk = krylov->more[k];
+        krylov->more[k] = NULL;
+        if (krylov->lent[k]) krylov->lent[k] = 0;
+        else krylov->more[kept++] = chunk;
+    }
+    krylov->chunks = kept;
+    return status;
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -691,5 +723,5 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
     run.result->converged = status == PD_OK;
-    return status;
+    return pdi_krylov_return(ctx, krylov, status);
 }

@@ -31,6 +31,8 @@ typedef struct pd_krylov_desc {
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room. Borrowed;
+                         * NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -58,6 +60,7 @@ typedef struct pd_krylov {
     int columns;         /* GMRES: that the Hessenberg matrix has room for */
     void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
+    int lent[PD_KRYLOV_MORE]; /* 1: by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
@@ -85,7 +88,7 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
 PDI_FN double pdi_krylov_least(void);
-/* Give back what has grown. */
+/* Give back what has grown and was allocated; the arena has the rest back from the end of each solve on. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.

@@ -659,7 +659,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
-static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = t->grid->total;
@@ -667,6 +667,7 @@ static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
     kd->components = 1;
     kd->restart = 20;
     kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
     kd->flexible = 1;
     kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */

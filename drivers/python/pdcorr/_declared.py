@@ -672,6 +672,7 @@ def declare(dim):
         ('components', c_int),
         ('restart', c_int),
         ('most', c_int),
+        ('arena', POINTER(pd_arena)),
         ('fixed', c_int),
         ('flexible', c_int),
         ('compressed', c_int),
@@ -697,6 +698,7 @@ def declare(dim):
         ('columns', c_int),
         ('more', c_void_p * 64),
         ('chunks', c_int),
+        ('lent', c_int * 64),
     ]
 
     class pd_krylov_result(Structure):
