@@ -1889,7 +1889,7 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 #define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
@@ -1902,10 +1902,12 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int least;          /* [-] GMRES: basis vectors that there is room for at the start of a solve, which takes more of
+                         * them as it needs them; 0: restart */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
-    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room. Borrowed;
-                         * NULL: all is allocated */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
+                         * Borrowed; NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -1917,6 +1919,8 @@ typedef struct pd_krylov_desc {
     const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
                          * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
+    int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
+                         * callbacks may leave anything in the vector that they are given, const in name alone */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -1925,6 +1929,8 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a vector of the basis */
+    int base;            /* GMRES: columns that the basis has room for before it grows */
+    int shift;           /* GMRES, lean: vectors in front of the basis that an iterate takes; 0: none does yet */
     int basis_vectors;
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */
@@ -2912,7 +2918,7 @@ typedef struct pd_steady {
     pd_krylov krylov;
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
@@ -16128,6 +16134,9 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
+/* Vectors of the basis that an iterate of double precision takes the place of. */
+static int pdi_krylov_iterate(const pd_krylov_desc *desc) { return desc->compressed ? 2 : 1; }
+
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
@@ -16144,6 +16153,12 @@ static void pdi_krylov_small_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
 }
 
+/* That the Hessenberg matrix has room for before the basis grows beyond them. */
+static int pdi_krylov_columns(const pd_krylov *krylov)
+{
+    return krylov->desc.restart > krylov->base ? krylov->desc.restart : krylov->base;
+}
+
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
@@ -16158,9 +16173,14 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
-    if (d->restart < 1 || d->restart > 1000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
+    if (d->restart < 1 || d->restart > 1000 || d->least < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d",
+                        d->restart, d->least);
+    if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
+    krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
+    if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
+    krylov->grow = d->most > krylov->base ? (d->most - krylov->base + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -16170,9 +16190,9 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 2;
-        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
-        krylov->columns = d->restart;
+        krylov->vectors = d->lean ? 1 : 2;
+        krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
+        krylov->columns = pdi_krylov_columns(krylov);
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -16222,11 +16242,11 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    const pd_krylov_desc *d = &krylov->desc;
-    if (krylov->columns <= d->restart) return;
+    int columns = pdi_krylov_columns(krylov);
+    if (!krylov->chunks && krylov->columns <= columns) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, columns) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -16234,7 +16254,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 /* Columns of the basis as it is now. */
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
-    return krylov->desc.restart + krylov->chunks * krylov->grow;
+    int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    return columns < krylov->desc.most ? columns : krylov->desc.most;
 }
 
 /* The chunk behind those that there are. */
@@ -16257,8 +16278,8 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->grow;
-    if (columns > krylov->desc.most || !krylov->grow) return 0;
+    int columns = krylov->base + (krylov->chunks + 1) * krylov->grow; /* without a shift */
+    if (pdi_krylov_room(krylov) == krylov->desc.most || !krylov->grow || krylov->chunks == PD_KRYLOV_MORE) return 0;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
     if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
@@ -16306,13 +16327,13 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
+    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : grow ? (at - restart) / grow : k->chunks;
+    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->length * (flexible ? base + 1 + at : k->shift + i);
+    return k->length * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -16433,7 +16454,9 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 /* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->lean) pdi_par_zero(run->ctx, d->n, room);
+    else if (d->spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -16580,7 +16603,7 @@ static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double 
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate (lean: v alone). */
 static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_flexible(run->k) : 0;
@@ -16591,12 +16614,14 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
         pdi_krylov_swap(run);
     }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    if (run->k->desc.lean) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
     return PD_OK;
 }
 
-/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before (lean: it is left in
+ * v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -16634,20 +16659,68 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
+/* ---- lean: iterates live in the basis between the cycles ---- */
+
+/* Place of an iterate: 0 is that of the best one, in front of the basis; 1 that of the next one, within the basis. */
+static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
+{
+    const pd_krylov *k = run->k;
+    double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
+    return front + which * k->length;
+}
+
+static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
+    else pdi_par_copy(run->ctx, run->k->length, packed, full);
+}
+
+/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+static double pdi_krylov_next_residual(pdi_krylov_run *run)
+{
+    double *next = pdi_krylov_packed(run, 1);
+    if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
+    else pdi_par_copy(run->ctx, run->k->length, run->v, next);
+    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    pdi_krylov_whole(run, next, run->v);
+    pdi_krylov_clear(run, run->w);
+    pdi_krylov_apply(run, run->v, run->w);
+    pdi_krylov_scale_add(run, -1.0, run->w, run->b);
+    pdi_krylov_swap(run);
+    pdi_krylov_clear(run, run->w);
+    return sqrt(pdi_krylov_dot(run, run->v, run->v));
+}
+
+/* It is the best one. */
+static void pdi_krylov_accept(const pdi_krylov_run *run)
+{
+    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
+    run->k->shift = pdi_krylov_iterate(&run->k->desc);
+}
+
+/* x becomes the best one, and the basis is as it was. */
+static void pdi_krylov_leave(const pdi_krylov_run *run)
+{
+    if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
+    else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
+    run->k->shift = 0;
+}
+
 static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, run->v);
+        double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, run->w, run->x);
+            if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
         run->result->residual = fresh;
+        if (d->lean) pdi_krylov_accept(run);
         if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
         norm = fresh;
     }
@@ -16802,8 +16875,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
-    run.v = pdi_krylov_vector(&run, 0);
-    run.w = pdi_krylov_vector(&run, 1);
+    run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
     pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
     pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
@@ -16813,6 +16886,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
+    if (krylov->desc.lean) pdi_krylov_leave(&run);
     run.result->converged = status == PD_OK;
     return pdi_krylov_return(ctx, krylov, status);
 }
@@ -21288,6 +21362,9 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
  * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
+/* Basis vectors that a linear solve starts with room for. */
+#define PDI_STEADY_LEAST 10
+
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
@@ -21332,13 +21409,13 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
-static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+/* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *y = s->work, *dp = y + split;
+    double *dp = y + split;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -21346,7 +21423,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
     precond.convected = flow->grad;
-    pdi_par_copy(ctx, split + total, x, r);
+    pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
@@ -21356,13 +21433,12 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
-/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+/* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
  * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
-static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
@@ -21381,12 +21457,13 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     flow->evaluations++;
 }
 
-/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. x becomes M^-1 x. */
 static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    pdi_steady_precondition(u->ctx, u->steady, x, y);
-    pdi_steady_jacobian(u->ctx, u->steady, y);
+    double *step = (double *)x; /* the solver is lean */
+    pdi_steady_precondition(u->ctx, u->steady, step, y);
+    pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
 /* The coefficients of one multigrid after the other pass through `compact`. */
@@ -21526,7 +21603,6 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_work_list(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
@@ -21547,7 +21623,8 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->zero_guess = kd->compressed = 1;
+    kd->least = PDI_STEADY_LEAST;
+    kd->zero_guess = kd->compressed = kd->lean = 1;
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -21693,7 +21770,6 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
-    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
@@ -21704,14 +21780,13 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap q, both in the places of the pressure. Ports hold zero. */
+/* y = lap q, both in the places of the pressure. Ports hold zero. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    double *q = u->steady->work;
-    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
+    double *q = (double *)x + split; /* the solver is lean */
     pd_ghosts_scalar(&flow->bonds->ghosts, q);
     pdi_par_zero(u->ctx, split, y);
     pd_op_laplacian(u->ctx, flow->bonds, q, y + split);

@@ -271,6 +271,51 @@ TEST(gmres_growth_lent)
     }
 }
 
+/* The operator leaves rubbish in what it is given. */
+static void spoil(void *user, const double *x, double *y)
+{
+    multiply(user, x, y);
+    for (int i = 0; i < ((const sys *)user)->n; i++) ((double *)x)[i] = 1e30;
+}
+
+/* One work vector less, and room for few vectors at first: the same bits, with restarts and without. */
+TEST(gmres_lean)
+{
+    enum { N = 60 };
+    for (int variant = 0; variant < 8; variant++) {
+        double b[N], x[2][N];
+        pd_krylov_result r[2];
+        for (int i = 0; i < N; i++) b[i] = 1.0 + 0.3 * sin(1.7 * i);
+        for (int lean = 0; lean < 2; lean++) {
+            pd_ctx ctx;
+            sys s = make(K_WIND, N);
+            pd_krylov k;
+            pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+            s.wind = 0.5;
+            pd_ctx_init(&ctx);
+            d.restart = 12;
+            d.most = variant & 1 ? 200 : 0;
+            d.compressed = variant >> 1 & 1;
+            d.max_iterations = variant >> 2 ? 20 : 4000; /* it stops within the second cycle, or has converged */
+            d.rtol = 1e-10;
+            d.zero_guess = 1;
+            d.lean = lean;
+            d.least = lean ? 6 : 0;
+            for (int i = 0; i < N; i++) x[lean][i] = 7.0;
+            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            CHECK_INT(k.vectors, lean ? 1 : 2);
+            int status = pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, jacobi, &s, b, x[lean], &r[lean]);
+            CHECK_INT(status, variant >> 2 ? PD_NOT_CONVERGED : PD_OK);
+            CHECK_NEAR(residual_norm(&s, b, x[lean]), r[lean].residual, 1e-12 * r[lean].residual0);
+            pdi_krylov_free(&ctx, &k);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_INT(r[0].iterations, r[1].iterations);
+        CHECK(variant & 1 || variant >> 2 || r[0].iterations > 24); /* it has restarted twice */
+        CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+    }
+}
+
 /* As many iterations as distinct eigenvalues; the last one is a lucky breakdown. */
 TEST(gmres_breakdown)
 {
@@ -664,6 +709,7 @@ TEST(bad_input)
 }
 
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)
-          ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport)
+          ENTRY(gmres_lean) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew)
+          ENTRY(transport)
           ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible)
           ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))

@@ -22,6 +22,9 @@
  * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
+/* Basis vectors that a linear solve starts with room for. */
+#define PDI_STEADY_LEAST 10
+
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
@@ -66,13 +69,13 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
-static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+/* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *y = s->work, *dp = y + split;
+    double *dp = y + split;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -80,7 +83,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
     precond.convected = flow->grad;
-    pdi_par_copy(ctx, split + total, x, r);
+    pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
@@ -90,13 +93,12 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
-/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+/* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
  * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
-static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
@@ -115,12 +117,13 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     flow->evaluations++;
 }
 
-/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. x becomes M^-1 x. */
 static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    pdi_steady_precondition(u->ctx, u->steady, x, y);
-    pdi_steady_jacobian(u->ctx, u->steady, y);
+    double *step = (double *)x; /* the solver is lean */
+    pdi_steady_precondition(u->ctx, u->steady, step, y);
+    pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
 /* The coefficients of one multigrid after the other pass through `compact`. */
@@ -260,7 +263,6 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_work_list(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
@@ -281,7 +283,8 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->zero_guess = kd->compressed = 1;
+    kd->least = PDI_STEADY_LEAST;
+    kd->zero_guess = kd->compressed = kd->lean = 1;
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -427,7 +430,6 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
-    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
@@ -438,14 +440,13 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap q, both in the places of the pressure. Ports hold zero. */
+/* y = lap q, both in the places of the pressure. Ports hold zero. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    double *q = u->steady->work;
-    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
+    double *q = (double *)x + split; /* the solver is lean */
     pd_ghosts_scalar(&flow->bonds->ghosts, q);
     pdi_par_zero(u->ctx, split, y);
     pd_op_laplacian(u->ctx, flow->bonds, q, y + split);

@@ -33,7 +33,7 @@ typedef struct pd_steady {
     pd_krylov krylov;
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */

@@ -37,6 +37,9 @@ static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
 }
 
+/* Vectors of the basis that an iterate of double precision takes the place of. */
+static int pdi_krylov_iterate(const pd_krylov_desc *desc) { return desc->compressed ? 2 : 1; }
+
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
@@ -53,6 +56,12 @@ static void pdi_krylov_small_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
 }
 
+/* That the Hessenberg matrix has room for before the basis grows beyond them. */
+static int pdi_krylov_columns(const pd_krylov *krylov)
+{
+    return krylov->desc.restart > krylov->base ? krylov->desc.restart : krylov->base;
+}
+
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
@@ -67,9 +76,14 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
-    if (d->restart < 1 || d->restart > 1000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
+    if (d->restart < 1 || d->restart > 1000 || d->least < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d",
+                        d->restart, d->least);
+    if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
+    krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
+    if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
+    krylov->grow = d->most > krylov->base ? (d->most - krylov->base + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -79,9 +93,9 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 2;
-        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
-        krylov->columns = d->restart;
+        krylov->vectors = d->lean ? 1 : 2;
+        krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
+        krylov->columns = pdi_krylov_columns(krylov);
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -131,11 +145,11 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    const pd_krylov_desc *d = &krylov->desc;
-    if (krylov->columns <= d->restart) return;
+    int columns = pdi_krylov_columns(krylov);
+    if (!krylov->chunks && krylov->columns <= columns) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, columns) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -143,7 +157,8 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 /* Columns of the basis as it is now. */
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
-    return krylov->desc.restart + krylov->chunks * krylov->grow;
+    int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    return columns < krylov->desc.most ? columns : krylov->desc.most;
 }
 
 /* The chunk behind those that there are. */
@@ -166,8 +181,8 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->grow;
-    if (columns > krylov->desc.most || !krylov->grow) return 0;
+    int columns = krylov->base + (krylov->chunks + 1) * krylov->grow; /* without a shift */
+    if (pdi_krylov_room(krylov) == krylov->desc.most || !krylov->grow || krylov->chunks == PD_KRYLOV_MORE) return 0;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
     if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
@@ -215,13 +230,13 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
+    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : grow ? (at - restart) / grow : k->chunks;
+    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->length * (flexible ? base + 1 + at : k->shift + i);
+    return k->length * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -342,7 +357,9 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 /* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->lean) pdi_par_zero(run->ctx, d->n, room);
+    else if (d->spans) pdi_par_zero(run->ctx, run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -489,7 +506,7 @@ static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double 
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate (lean: v alone). */
 static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_flexible(run->k) : 0;
@@ -500,12 +517,14 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
         pdi_krylov_swap(run);
     }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    if (run->k->desc.lean) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
     return PD_OK;
 }
 
-/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before (lean: it is left in
+ * v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -543,20 +562,68 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
+/* ---- lean: iterates live in the basis between the cycles ---- */
+
+/* Place of an iterate: 0 is that of the best one, in front of the basis; 1 that of the next one, within the basis. */
+static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
+{
+    const pd_krylov *k = run->k;
+    double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
+    return front + which * k->length;
+}
+
+static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
+    else pdi_par_copy(run->ctx, run->k->length, packed, full);
+}
+
+/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+static double pdi_krylov_next_residual(pdi_krylov_run *run)
+{
+    double *next = pdi_krylov_packed(run, 1);
+    if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
+    else pdi_par_copy(run->ctx, run->k->length, run->v, next);
+    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    pdi_krylov_whole(run, next, run->v);
+    pdi_krylov_clear(run, run->w);
+    pdi_krylov_apply(run, run->v, run->w);
+    pdi_krylov_scale_add(run, -1.0, run->w, run->b);
+    pdi_krylov_swap(run);
+    pdi_krylov_clear(run, run->w);
+    return sqrt(pdi_krylov_dot(run, run->v, run->v));
+}
+
+/* It is the best one. */
+static void pdi_krylov_accept(const pdi_krylov_run *run)
+{
+    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
+    run->k->shift = pdi_krylov_iterate(&run->k->desc);
+}
+
+/* x becomes the best one, and the basis is as it was. */
+static void pdi_krylov_leave(const pdi_krylov_run *run)
+{
+    if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
+    else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
+    run->k->shift = 0;
+}
+
 static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, run->v);
+        double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, run->w, run->x);
+            if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
         run->result->residual = fresh;
+        if (d->lean) pdi_krylov_accept(run);
         if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
         norm = fresh;
     }
@@ -711,8 +778,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
-    run.v = pdi_krylov_vector(&run, 0);
-    run.w = pdi_krylov_vector(&run, 1);
+    run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
     pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
     pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
@@ -722,6 +789,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
+    if (krylov->desc.lean) pdi_krylov_leave(&run);
     run.result->converged = status == PD_OK;
     return pdi_krylov_return(ctx, krylov, status);
 }

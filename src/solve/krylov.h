@@ -16,7 +16,7 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 #define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
@@ -29,10 +29,12 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int least;          /* [-] GMRES: basis vectors that there is room for at the start of a solve, which takes more of
+                         * them as it needs them; 0: restart */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
-    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room. Borrowed;
-                         * NULL: all is allocated */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
+                         * Borrowed; NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
@@ -44,6 +46,8 @@ typedef struct pd_krylov_desc {
     const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
                          * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
+    int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
+                         * callbacks may leave anything in the vector that they are given, const in name alone */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -52,6 +56,8 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a vector of the basis */
+    int base;            /* GMRES: columns that the basis has room for before it grows */
+    int shift;           /* GMRES, lean: vectors in front of the basis that an iterate takes; 0: none does yet */
     int basis_vectors;
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
     float *single;       /* the same when compressed */

@@ -671,6 +671,7 @@ def declare(dim):
         ('spans', POINTER(pd_spans)),
         ('components', c_int),
         ('restart', c_int),
+        ('least', c_int),
         ('most', c_int),
         ('arena', POINTER(pd_arena)),
         ('fixed', c_int),
@@ -681,6 +682,7 @@ def declare(dim):
         ('atol', c_double),
         ('diagonal', POINTER(c_double)),
         ('zero_guess', c_int),
+        ('lean', c_int),
     ]
 
     class pd_krylov(Structure):
@@ -690,6 +692,8 @@ def declare(dim):
         ('vectors', c_int),
         ('work', POINTER(c_double)),
         ('length', c_int64),
+        ('base', c_int),
+        ('shift', c_int),
         ('basis_vectors', c_int),
         ('basis', POINTER(c_double)),
         ('single', POINTER(c_float)),
@@ -1005,7 +1009,6 @@ def declare(dim):
         ('jacobian', pd_jacobian),
         ('residual', POINTER(c_double)),
         ('step', POINTER(c_double)),
-        ('work', POINTER(c_double)),
         ('advecting', POINTER(c_double)),
         ('potential', POINTER(c_double)),
         ('worst', c_int32),
