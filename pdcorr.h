@@ -63,6 +63,7 @@
  *     quadratic  the value at a place of the quadratic that fits values and slopes around it best.
  *     reconstruct fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *   solve/
+ *     hessenberg the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations.
  *     krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *     smoother   one level of the multigrid hierarchy, and the sweeps over its cells.
  *     coarsen    the next coarser level of a multigrid hierarchy.
@@ -778,16 +779,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
- * double or of single precision; the others are NULL. */
+ * double or of single precision, or integers of 16 bits times the scale of their block; the others are NULL. */
 #define PDI_PAR_GROUP 4
+/* Entries that share a scale. */
+#define PDI_PAR_SCALED 64
 typedef struct pdi_par_vectors {
     const double *v[PDI_PAR_GROUP];
     const float *single[PDI_PAR_GROUP];
+    const int16_t *integer[PDI_PAR_GROUP];
+    const float *scale[PDI_PAR_GROUP]; /* [one for PDI_PAR_SCALED entries], of the integers */
 } pdi_par_vectors;
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots);
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w);
+/* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */
@@ -1872,6 +1879,24 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
 
 #endif
 
+/* ======== >>solve/hessenberg.h ======== */
+/* hessenberg: the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations. */
+#ifndef PD_HESSENBERG_H
+#define PD_HESSENBERG_H
+
+#ifdef PDI_INTERNAL
+/* Column j, j + 2 entries long, begins behind the columns before it. */
+static inline int64_t pdi_hessenberg_column(int64_t j) { return j * (j + 3) / 2; }
+/* Rotate column h, the j-th one, to upper triangular form, and with it the right-hand side g. cs, sn: rotations so far,
+ * which get one more. */
+PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g);
+/* y of `count` columns by back substitution. A singular operator leaves a pivot of rounding size; its direction is left
+ * out. */
+PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y);
+#endif
+
+#endif
+
 /* ======== >>solve/krylov.h ======== */
 /* krylov: iterative solvers for A x = b over callbacks; they know no physics.
  *
@@ -1893,6 +1918,12 @@ typedef enum pd_krylov_method {
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
 
+typedef enum pd_krylov_precision {
+    PD_KRYLOV_DOUBLE = 0,
+    PD_KRYLOV_SINGLE = 1,
+    PD_KRYLOV_INTEGER = 2 /* 16 bits times a scale that 64 entries share */
+} pd_krylov_precision;
+
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
@@ -1911,8 +1942,9 @@ typedef struct pd_krylov_desc {
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
-    int compressed;     /* 1: GMRES keeps its basis in single precision: half the memory. Residuals stay double, a cycle
-                         * gains up to six digits (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022) */
+    pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in
+                         * single precision (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022), up to three as
+                         * integers */
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
@@ -1929,14 +1961,16 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a vector of the basis */
-    int base;            /* GMRES: columns that the basis has room for before it grows */
+    int base;            /* GMRES: columns that the basis has room for before it grows, in its form of now */
     int shift;           /* GMRES, lean: vectors in front of the basis that an iterate takes; 0: none does yet */
     int basis_vectors;
+    int64_t stride;      /* entries of double or single precision from one vector of the basis to the next */
+    int64_t built;       /* of the basis without what has grown */
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
-    float *single;       /* the same when compressed */
+    float *single;       /* the same when compressed; integers, and then their scales, stand in it, too */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
-    int columns;         /* GMRES: that the Hessenberg matrix has room for */
+    int columns, few;    /* GMRES: that the Hessenberg matrix has room for, and had when it was built */
     void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
     int lent[PD_KRYLOV_MORE]; /* 1: by the arena */
@@ -1969,6 +2003,8 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 PDI_FN double pdi_krylov_least(void);
 /* Give back what has grown and was allocated; the arena has the rest back from the end of each solve on. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+/* GMRES that was built flexible, and has not grown: switch that off, which leaves room for twice the columns, or on. */
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
@@ -10620,6 +10656,31 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
+/* The same with x as integers times the scales of their blocks. */
+static double pdi_par_block_dot_integer(const int16_t *x, const float *scale, const double *y, int64_t n)
+{
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        double part[PDI_PAR_CHAINS], factor = (double)scale[lo / PDI_PAR_SCALED];
+        int64_t i = lo, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] = 0.0;
+        for (; i + PDI_PAR_CHAINS <= hi; i += PDI_PAR_CHAINS)
+            for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] += (double)x[i + c] * y[i + c];
+        for (int c = 0; i < hi; i++, c++) part[c] += (double)x[i] * y[i];
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += factor * part[c];
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+static double pdi_par_block_product(const pdi_par_vectors *v, int m, const double *w, int64_t lo, int64_t n)
+{
+    if (v->v[m]) return pdi_par_block_dot(v->v[m] + lo, w + lo, n);
+    if (v->single[m]) return pdi_par_block_dot_single(v->single[m] + lo, w + lo, n);
+    return pdi_par_block_dot_integer(v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo, n);
+}
+
 /* Products of the blocks from `first` on: the share of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
@@ -10628,9 +10689,7 @@ static void pdi_par_products(int64_t n, int64_t first, int batch, int count, con
     for (int b = 0; b < batch; b++) {
         int64_t lo = (first + b) * PDI_PAR_BLOCK;
         int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++)
-            partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
-                                    : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+        for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_product(v, m, w, lo, len);
     }
 }
 
@@ -10651,6 +10710,16 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
     pdi_par_end(ctx, &timing);
 }
 
+/* w += a times integers with scales. */
+static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const float *scale, double *w)
+{
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        int64_t hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double factor = a * (double)scale[lo / PDI_PAR_SCALED];
+        for (int64_t i = lo; i < hi; i++) w[i] += factor * (double)x[i];
+    }
+}
+
 /* The share of one thread in w += sum a[m] v[m]. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
@@ -10663,7 +10732,9 @@ static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vec
             const float *single = v->single[m];
             double factor = a[m];
             for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
-            for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
+            for (int64_t i = lo; single && i < hi; i++) w[i] += factor * (double)single[i];
+            if (v->integer[m])
+                pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
         }
     }
 }
@@ -10675,6 +10746,36 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
     int nt = pdi_par_begin(ctx, n, count, 1, &timing);
     PDI_SHARE(nt, pdi_par_add(n, count, a, v, w));
     pdi_par_end(ctx, &timing);
+}
+
+/* The share of one thread. */
+static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    PDI_FOR
+    for (int64_t block = 0; block < (n + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED; block++) {
+        int64_t lo = block * PDI_PAR_SCALED, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double largest = 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            v[i] *= a;
+            double size = fabs(v[i]);
+            largest = size > largest ? size : largest;
+        }
+        largest /= INT16_MAX;
+        scale[block] = largest > FLT_MIN ? (float)largest : 0.0f;
+        double back = (double)scale[block], unit = back > 0.0 ? 1.0 / back : 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            double x = v[i] * unit;
+            int32_t q = (int32_t)(x + (x < 0.0 ? -0.5 : 0.5)); /* no more: a scale has 24 bits */
+            integer[i] = (int16_t)q;
+            v[i] = back * (double)q;
+        }
+    }
+}
+
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_round(n, a, v, integer, scale));
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
@@ -16096,6 +16197,42 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #pragma GCC optimize ("O1")
 #endif
 
+/* ======== >>solve/hessenberg.c ======== */
+/* hessenberg: see hessenberg.h */
+#include <math.h>
+
+/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
+#define PDI_HESSENBERG_PIVOT 1e-13
+
+PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g)
+{
+    for (int i = 0; i < j; i++) {
+        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
+        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
+        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
+        h[i] = t;
+    }
+    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
+    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
+    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
+    h[j] = radius;
+    h[j + 1] = 0.0;
+    g[j + 1] = -sn[j] * g[j];
+    g[j] *= cs[j];
+}
+
+PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y)
+{
+    double largest = 0.0;
+    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_hessenberg_column(j) + j]));
+    for (int i = count - 1; i >= 0; i--) {
+        double sum = g[i];
+        for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column(j) + i] * y[j];
+        double pivot = hess[pdi_hessenberg_column(i) + i];
+        y[i] = fabs(pivot) > PDI_HESSENBERG_PIVOT * largest ? sum / pivot : 0.0;
+    }
+}
+
 /* ======== >>solve/krylov.c ======== */
 /* krylov: see krylov.h */
 #include <float.h>
@@ -16106,8 +16243,6 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #define PDI_KRYLOV_PROGRESS 0.999
 /* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_KRYLOV_CANCEL 0.1
-/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
-#define PDI_KRYLOV_PIVOT 1e-13
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -16124,27 +16259,33 @@ typedef struct pdi_krylov_run {
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
-static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
-
 /* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
 static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
-    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
 }
 
 /* Vectors of the basis that an iterate of double precision takes the place of. */
-static int pdi_krylov_iterate(const pd_krylov_desc *desc) { return desc->compressed ? 2 : 1; }
+static int pdi_krylov_iterate(const pd_krylov_desc *desc)
+{
+    return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+}
+
+/* Entries of single precision that hold integers, and their scales: an even number of each. */
+static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
+static int64_t pdi_krylov_scales(int64_t length)
+{
+    return ((length + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED + 1) / 2 * 2;
+}
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+    if (krylov->built && krylov->desc.compressed) PDI_RAW(owner, krylov, single, krylov->built, "1");
+    if (krylov->built && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, krylov->built, "1");
 }
 
 static void pdi_krylov_small_list(pdi_owner *owner, void *object)
@@ -16153,10 +16294,30 @@ static void pdi_krylov_small_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
 }
 
-/* That the Hessenberg matrix has room for before the basis grows beyond them. */
-static int pdi_krylov_columns(const pd_krylov *krylov)
+/* Columns that the basis grows by, from those that it was built with. */
+static int pdi_krylov_step(const pd_krylov *krylov)
 {
-    return krylov->desc.restart > krylov->base ? krylov->desc.restart : krylov->base;
+    int more = krylov->desc.most - krylov->base;
+    return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
+}
+
+/* Strides and sizes for the form in desc. */
+static void pdi_krylov_lay(pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    int64_t length = krylov->length;
+    krylov->stride = length;
+    if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
+    if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
+    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    krylov->base = (int)(columns < d->most ? columns : d->most);
+    krylov->grow = pdi_krylov_step(krylov);
+}
+
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible)
+{
+    krylov->desc.flexible = flexible;
+    pdi_krylov_lay(krylov);
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -16180,7 +16341,6 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
     krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
     if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
-    krylov->grow = d->most > krylov->base ? (d->most - krylov->base + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -16192,7 +16352,8 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     case PD_KRYLOV_GMRES:
         krylov->vectors = d->lean ? 1 : 2;
         krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
-        krylov->columns = pdi_krylov_columns(krylov);
+        pdi_krylov_lay(krylov);
+        krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -16223,7 +16384,7 @@ PDI_COLD_END
 /* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
+    return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -16242,11 +16403,10 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_columns(krylov);
-    if (!krylov->chunks && krylov->columns <= columns) return;
+    if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, columns) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -16255,6 +16415,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
     int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    if (columns > krylov->columns) columns = krylov->columns;
     return columns < krylov->desc.most ? columns : krylov->desc.most;
 }
 
@@ -16278,12 +16439,15 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = krylov->base + (krylov->chunks + 1) * krylov->grow; /* without a shift */
-    if (pdi_krylov_room(krylov) == krylov->desc.most || !krylov->grow || krylov->chunks == PD_KRYLOV_MORE) return 0;
+    int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
+    int chunk = krylov->columns >= columns;                     /* the matrix has room for what there is */
+    if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
+    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
+    if (chunk) columns += krylov->grow;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
-    if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
+    if (status == PD_OK && chunk) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
-        krylov->chunks++;
+        krylov->chunks += chunk;
         return 1;
     }
     ctx->status = PD_OK; /* it goes on with what it has */
@@ -16332,8 +16496,8 @@ static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
     *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? base + 1 + at : k->shift + i);
-    return k->length * ((at - base) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->shift + i);
+    return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -16357,9 +16521,13 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
+    int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        float *single = pdi_krylov_single(run->k, first + m);
         v.v[m] = pdi_krylov_double(run->k, first + m);
-        v.single[m] = pdi_krylov_single(run->k, first + m);
+        v.single[m] = integers ? NULL : single;
+        v.integer[m] = integers ? (const int16_t *)(const void *)single : NULL;
+        v.scale[m] = integers && single ? single + pdi_krylov_integers(run->k->length) : NULL;
     }
     return v;
 }
@@ -16455,8 +16623,7 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    if (d->lean) pdi_par_zero(run->ctx, d->n, room);
-    else if (d->spans) pdi_par_zero(run->ctx, run->k->length, room);
+    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -16470,10 +16637,15 @@ static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, floa
     }
 }
 
-/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+/* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
+    if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
+        float *single = pdi_krylov_single(run->k, i);
+        pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
+        return;
+    }
     int nt = pdi_par_threads(run->ctx, n);
     PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
 }
@@ -16516,37 +16688,6 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     }
     h[j + 1] = norm;
     return before;
-}
-
-/* Rotate column j of H to upper triangular form. */
-static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
-{
-    for (int i = 0; i < j; i++) {
-        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
-        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
-        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
-        h[i] = t;
-    }
-    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
-    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
-    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
-    h[j] = radius;
-    h[j + 1] = 0.0;
-    g[j + 1] = -sn[j] * g[j];
-    g[j] *= cs[j];
-}
-
-/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
-static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
-{
-    double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
-    for (int i = count - 1; i >= 0; i--) {
-        double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
-        double pivot = hess[pdi_krylov_column(i) + i];
-        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
-    }
 }
 
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
@@ -16639,7 +16780,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
             if (!pdi_krylov_grow(run->ctx, run->k)) break;
             s = pdi_krylov_look(run->k);
         }
-        double *h = s.hess + pdi_krylov_column(j);
+        double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
@@ -16648,14 +16789,14 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         run->result->iterations++;
         count++;
         double next = h[j + 1];
-        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
+        pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
-    pdi_krylov_back(count, s.hess, s.g, s.y);
+    pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
@@ -16666,7 +16807,7 @@ static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
 {
     const pd_krylov *k = run->k;
     double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
-    return front + which * k->length;
+    return front + which * (k->desc.compressed ? pdi_krylov_iterate(&k->desc) * k->stride / 2 : k->length);
 }
 
 static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
@@ -21624,7 +21765,8 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->least = PDI_STEADY_LEAST;
-    kd->zero_guess = kd->compressed = kd->lean = 1;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -21691,11 +21833,15 @@ PDI_COLD_END
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
+    pd_krylov_desc kd;
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    pdi_steady_krylov(s, &kd);
+    pdi_krylov_free(ctx, &s->krylov);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
 
@@ -27450,6 +27596,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.ctx = ctx;
     user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
+    pdi_krylov_pair(&t->krylov, 0); /* what is asked for is far above the rounding of the preconditioner */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -27465,6 +27612,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
 
@@ -27660,8 +27808,6 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     pd_transport *transport = (pd_transport *)object;
     if (!transport->grid) return;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_STATE(owner, transport, c, total, "mol/m3");
     PDI_STATE(owner, transport, carry, total, "mol/m3");
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
@@ -27702,8 +27848,8 @@ static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
     kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
     kd->flexible = 1;
-    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
     kd->zero_guess = 1;
+    kd->compressed = t->desc.field ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE; /* in which a good conductor's level drowns */
 }
 
 PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)

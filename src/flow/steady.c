@@ -284,7 +284,8 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
     kd->least = PDI_STEADY_LEAST;
-    kd->zero_guess = kd->compressed = kd->lean = 1;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -351,11 +352,15 @@ PDI_COLD_END
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
+    pd_krylov_desc kd;
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    pdi_steady_krylov(s, &kd);
+    pdi_krylov_free(ctx, &s->krylov);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
 

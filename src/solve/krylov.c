@@ -1,6 +1,7 @@
 /* krylov: see krylov.h */
 #include "solve/krylov.h"
 #include "core/par.h"
+#include "solve/hessenberg.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -9,8 +10,6 @@
 #define PDI_KRYLOV_PROGRESS 0.999
 /* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_KRYLOV_CANCEL 0.1
-/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
-#define PDI_KRYLOV_PIVOT 1e-13
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -27,27 +26,33 @@ typedef struct pdi_krylov_run {
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
-static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
-
 /* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
 static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
-    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
 }
 
 /* Vectors of the basis that an iterate of double precision takes the place of. */
-static int pdi_krylov_iterate(const pd_krylov_desc *desc) { return desc->compressed ? 2 : 1; }
+static int pdi_krylov_iterate(const pd_krylov_desc *desc)
+{
+    return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+}
+
+/* Entries of single precision that hold integers, and their scales: an even number of each. */
+static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
+static int64_t pdi_krylov_scales(int64_t length)
+{
+    return ((length + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED + 1) / 2 * 2;
+}
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+    if (krylov->built && krylov->desc.compressed) PDI_RAW(owner, krylov, single, krylov->built, "1");
+    if (krylov->built && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, krylov->built, "1");
 }
 
 static void pdi_krylov_small_list(pdi_owner *owner, void *object)
@@ -56,10 +61,30 @@ static void pdi_krylov_small_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
 }
 
-/* That the Hessenberg matrix has room for before the basis grows beyond them. */
-static int pdi_krylov_columns(const pd_krylov *krylov)
+/* Columns that the basis grows by, from those that it was built with. */
+static int pdi_krylov_step(const pd_krylov *krylov)
 {
-    return krylov->desc.restart > krylov->base ? krylov->desc.restart : krylov->base;
+    int more = krylov->desc.most - krylov->base;
+    return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
+}
+
+/* Strides and sizes for the form in desc. */
+static void pdi_krylov_lay(pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    int64_t length = krylov->length;
+    krylov->stride = length;
+    if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
+    if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
+    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    krylov->base = (int)(columns < d->most ? columns : d->most);
+    krylov->grow = pdi_krylov_step(krylov);
+}
+
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible)
+{
+    krylov->desc.flexible = flexible;
+    pdi_krylov_lay(krylov);
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -83,7 +108,6 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
     krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
     if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
-    krylov->grow = d->most > krylov->base ? (d->most - krylov->base + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -95,7 +119,8 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     case PD_KRYLOV_GMRES:
         krylov->vectors = d->lean ? 1 : 2;
         krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
-        krylov->columns = pdi_krylov_columns(krylov);
+        pdi_krylov_lay(krylov);
+        krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -126,7 +151,7 @@ PDI_COLD_END
 /* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
+    return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -145,11 +170,10 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_columns(krylov);
-    if (!krylov->chunks && krylov->columns <= columns) return;
+    if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, columns) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -158,6 +182,7 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
     int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    if (columns > krylov->columns) columns = krylov->columns;
     return columns < krylov->desc.most ? columns : krylov->desc.most;
 }
 
@@ -181,12 +206,15 @@ static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = krylov->base + (krylov->chunks + 1) * krylov->grow; /* without a shift */
-    if (pdi_krylov_room(krylov) == krylov->desc.most || !krylov->grow || krylov->chunks == PD_KRYLOV_MORE) return 0;
+    int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
+    int chunk = krylov->columns >= columns;                     /* the matrix has room for what there is */
+    if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
+    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
+    if (chunk) columns += krylov->grow;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
-    if (status == PD_OK) status = pdi_krylov_take(ctx, krylov);
+    if (status == PD_OK && chunk) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
-        krylov->chunks++;
+        krylov->chunks += chunk;
         return 1;
     }
     ctx->status = PD_OK; /* it goes on with what it has */
@@ -235,8 +263,8 @@ static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
     *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? base + 1 + at : k->shift + i);
-    return k->length * ((at - base) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->shift + i);
+    return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -260,9 +288,13 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
+    int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        float *single = pdi_krylov_single(run->k, first + m);
         v.v[m] = pdi_krylov_double(run->k, first + m);
-        v.single[m] = pdi_krylov_single(run->k, first + m);
+        v.single[m] = integers ? NULL : single;
+        v.integer[m] = integers ? (const int16_t *)(const void *)single : NULL;
+        v.scale[m] = integers && single ? single + pdi_krylov_integers(run->k->length) : NULL;
     }
     return v;
 }
@@ -358,8 +390,7 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    if (d->lean) pdi_par_zero(run->ctx, d->n, room);
-    else if (d->spans) pdi_par_zero(run->ctx, run->k->length, room);
+    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -373,10 +404,15 @@ static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, floa
     }
 }
 
-/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+/* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
+    if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
+        float *single = pdi_krylov_single(run->k, i);
+        pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
+        return;
+    }
     int nt = pdi_par_threads(run->ctx, n);
     PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
 }
@@ -419,37 +455,6 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     }
     h[j + 1] = norm;
     return before;
-}
-
-/* Rotate column j of H to upper triangular form. */
-static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
-{
-    for (int i = 0; i < j; i++) {
-        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
-        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
-        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
-        h[i] = t;
-    }
-    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
-    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
-    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
-    h[j] = radius;
-    h[j + 1] = 0.0;
-    g[j + 1] = -sn[j] * g[j];
-    g[j] *= cs[j];
-}
-
-/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
-static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
-{
-    double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
-    for (int i = count - 1; i >= 0; i--) {
-        double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
-        double pivot = hess[pdi_krylov_column(i) + i];
-        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
-    }
 }
 
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
@@ -542,7 +547,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
             if (!pdi_krylov_grow(run->ctx, run->k)) break;
             s = pdi_krylov_look(run->k);
         }
-        double *h = s.hess + pdi_krylov_column(j);
+        double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
@@ -551,14 +556,14 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         run->result->iterations++;
         count++;
         double next = h[j + 1];
-        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
+        pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
-    pdi_krylov_back(count, s.hess, s.g, s.y);
+    pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
 }
 
@@ -569,7 +574,7 @@ static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
 {
     const pd_krylov *k = run->k;
     double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
-    return front + which * k->length;
+    return front + which * (k->desc.compressed ? pdi_krylov_iterate(&k->desc) * k->stride / 2 : k->length);
 }
 
 static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)

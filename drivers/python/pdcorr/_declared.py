@@ -125,6 +125,9 @@ PD_CSR_GRADIENT = 2
 PD_CSR_DIVERGENCE = 3
 PD_KRYLOV_GMRES = 0
 PD_KRYLOV_CG = 1
+PD_KRYLOV_DOUBLE = 0
+PD_KRYLOV_SINGLE = 1
+PD_KRYLOV_INTEGER = 2
 PD_EOS_TAIT = 0
 PD_EOS_LINEAR = 1
 PD_GAS_SECOND = 0
@@ -271,6 +274,7 @@ ENUMS = {
     'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_AT_REST': 2},
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
+    'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INTEGER': 2},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
     'pd_phase': {'PD_PHASE_SOLUTE': 0, 'PD_PHASE_SOLVENT': 1, 'PD_PHASE_SOLID': 2, 'PD_PHASE_GAS': 3, 'PD_PHASE_ELECTRON': 4},
@@ -695,11 +699,14 @@ def declare(dim):
         ('base', c_int),
         ('shift', c_int),
         ('basis_vectors', c_int),
+        ('stride', c_int64),
+        ('built', c_int64),
         ('basis', POINTER(c_double)),
         ('single', POINTER(c_float)),
         ('small', POINTER(c_double)),
         ('grow', c_int),
         ('columns', c_int),
+        ('few', c_int),
         ('more', c_void_p * 64),
         ('chunks', c_int),
         ('lent', c_int * 64),
