@@ -2951,7 +2951,8 @@ typedef struct pd_steady {
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
-    pd_krylov krylov;
+    pd_krylov krylov;                   /* of Newton's steps */
+    pd_krylov even;                     /* of the potential */
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
     double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
@@ -21511,6 +21512,8 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 
 /* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Basis vectors for that potential. */
+#define PDI_STEADY_EVEN_RESTART 24
 /* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
@@ -21769,6 +21772,19 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
 }
 
+static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = s->flow->grid->total;
+    kd->spans = &s->flow->bonds->spans;
+    kd->components = 1;
+    kd->restart = PDI_STEADY_EVEN_RESTART;
+    kd->max_iterations = PDI_STEADY_EVEN_MOST;
+    kd->rtol = PDI_STEADY_EVEN;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = PD_KRYLOV_SINGLE;
+}
+
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
 {
     pdi_compact_multigrid(s->flow->grid, md);
@@ -21790,14 +21806,17 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
     if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
     s->jacobian.flow = s->flow;
-    return pdi_krylov_plan(ctx, &kd, &s->krylov);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    return pdi_krylov_plan(ctx, &kd, &s->even);
 }
 
 PDI_FN size_t pdi_steady_room(pd_steady *s)
 {
     size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
                    pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
-    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov);
+    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov), even = pdi_arena_bytes(pdi_krylov_list, &s->even);
+    if (linear < even) linear = even;
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
@@ -21817,6 +21836,8 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->even));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
@@ -21893,17 +21914,18 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }
 
-/* A linear system with the right-hand side s->residual, into s->step. */
-static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply, pd_apply_fn precond,
-                                   pd_krylov_result *linear)
+/* A linear system with the right-hand side s->residual, into s->step, both from component `first` on. */
+static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
+                                   pd_apply_fn precond, pd_krylov_result *linear)
 {
+    int64_t at = (int64_t)first * s->flow->grid->total;
     pd_arena *arena = pdi_steady_arena(s);
     pdi_steady_user user;
     user.ctx = ctx;
     user.steady = s;
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &s->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &s->krylov, apply, precond, &user, s->residual, s->step, linear);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, krylov));
+    pd_status status = pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->step + at, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
 /* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up, about the state
@@ -21914,7 +21936,7 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pd_krylov_result linear;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
+    PDI_TRY(pdi_steady_linear(ctx, s, &s->krylov, 0, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
@@ -21926,24 +21948,19 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap q, both in the places of the pressure. Ports hold zero. x gets its ghosts. */
+/* y = lap x. Ports hold zero. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    double *q = (double *)x + split; /* the solver is lean */
-    pd_ghosts_scalar(&flow->bonds->ghosts, q);
-    pdi_par_zero(u->ctx, split, y);
-    pd_op_laplacian(u->ctx, flow->bonds, q, y + split);
+    pd_ghosts_scalar(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
+    pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
 static void pdi_steady_poisson(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
-    pdi_par_zero(u->ctx, split, y);
-    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
 /* The largest volume of a node [m^d]. */
@@ -21960,25 +21977,17 @@ static double pdi_steady_volume(const pd_flow *flow)
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
-    pd_krylov *k = &s->krylov;
+    pd_krylov *k = &s->even;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
-    int most = k->desc.max_iterations;
-    pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
     PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
-    k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
-    k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
-    k->desc.fixed = 1;
-    pd_status status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, pdi_steady_poisson, &linear);
+    pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0) status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, NULL, &linear);
-    k->desc.max_iterations = most;
-    k->desc.fixed = 0;
-    k->desc.atol = 0.0;
+    if (status > 0) status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, NULL, &linear);
     if (status < 0) return status;
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
@@ -22160,6 +22169,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_multigrid_free(ctx, &s->mg_seep);
     pdi_multigrid_free(ctx, &s->mg_d);
     pdi_krylov_free(ctx, &s->krylov);
+    pdi_krylov_free(ctx, &s->even);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     pd_arena_free(ctx, &s->own);

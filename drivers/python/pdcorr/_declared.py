@@ -1013,6 +1013,7 @@ def declare(dim):
         ('timed', c_int),
         ('damped', c_int),
         ('krylov', pd_krylov),
+        ('even', pd_krylov),
         ('jacobian', pd_jacobian),
         ('residual', POINTER(c_double)),
         ('step', POINTER(c_double)),
