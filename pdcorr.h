@@ -2226,6 +2226,8 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
+                             * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
                              * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
                              * its own */
@@ -2234,9 +2236,11 @@ typedef struct pd_multigrid_desc {
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
+    int hosts;      /* 1: another one has this one as its host */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    float *store;   /* level 0: coefficients with their pads, inv and excess */
+    float *fields;  /* level 0: x with its pads, b and r; NULL with a host */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
@@ -18018,11 +18022,15 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 
 /* ---- memory ---- */
 
-/* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
+/* Floats of level 0: the coefficients with their pads, inv, excess; and x with its pads, b, r. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
-    size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(mg->desc.contrast) * cells;
+    size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
+}
+static size_t pdi_multigrid_fields(const pd_multigrid *mg)
+{
+    return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
 /* Doubles of level 0: sum with its pads. */
@@ -18039,6 +18047,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
     PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
+    if (!mg->desc.host) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -18083,6 +18092,7 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++)
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
+    if (desc->host) desc->host->hosts = 1;
     return PD_OK;
 }
 
@@ -18101,16 +18111,18 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
-    fine->x = next;
-    for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
-    for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    for (int d = 0; d < PD_DIM; d++, next += length) fine->hi[d] = next;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : next;
+        if (!desc->symmetric) next += length;
+    }
+    fine->x = (desc->host ? desc->host->fields : mg->fields) + mg->pad;
     pdi_multigrid_blank(mg, fine->x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
     for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
-    fine->b = next + cells + mg->pad;
+    fine->b = fine->x + cells + mg->pad;
     fine->r = fine->b + cells;
-    fine->inv = fine->r + cells;
+    fine->inv = next - mg->pad;
     if (desc->contrast) {
         fine->excess = fine->inv + cells;
         fine->sum = mg->sums + mg->pad;
@@ -18456,6 +18468,23 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
+/* Zeros where x, b and r of level 0 have none after a cycle of another multigrid: the share of one thread. */
+static void pdi_multigrid_wipe(const pd_multigrid *mg)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], rows = fine->cells / n0;
+    PDI_FOR
+    for (int32_t r = 0; r < rows; r++) {
+        int32_t first = r * n0, begin = fine->begin[r], end = fine->end[r];
+        size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
+        memset(fine->x + first, 0, before * sizeof *fine->x);
+        memset(fine->x + end, 0, behind * sizeof *fine->x);
+        memset(fine->b + first, 0, before * sizeof *fine->b);
+        memset(fine->b + end, 0, behind * sizeof *fine->b);
+        memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+    }
+}
+
 /* b of level 0 = in rhs: the share of one thread. */
 static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
 {
@@ -18488,6 +18517,7 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     if (mg->levels == 0) return; /* setup failed or was never called */
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    if (mg->desc.host || mg->hosts) PDI_SHARE(nt, pdi_multigrid_wipe(mg));
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
@@ -21802,6 +21832,7 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_compact_plan(s->flow->grid, 1, &s->compact);
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
     md.symmetric = 1;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
     if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
@@ -21858,6 +21889,7 @@ PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
     pdi_steady_krylov(s, &kd);
@@ -21884,7 +21916,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
-        for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
+        for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
     return PD_OK;

@@ -773,6 +773,7 @@ def declare(dim):
         ('periodic', c_int * dim),
         ('symmetric', c_int),
         ('contrast', c_int),
+        ('host', c_void_p),
         ('arena', POINTER(pd_arena)),
     ]
 
@@ -781,9 +782,11 @@ def declare(dim):
     pd_multigrid._fields_ = [
         ('desc', pd_multigrid_desc),
         ('levels', c_int),
+        ('hosts', c_int),
         ('scale', c_double),
         ('pad', c_int32),
         ('store', POINTER(c_float)),
+        ('fields', POINTER(c_float)),
         ('sums', POINTER(c_double)),
         ('mark', POINTER(c_int32)),
         ('level', pd_smoother_level * 40),
