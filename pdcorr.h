@@ -2226,6 +2226,8 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    int guest;              /* 1: with an arena: the memory of x, b and r is pdi_multigrid_fields floats of an array
+                             * that is not in use during a setup or a cycle and may hold anything before it */
     struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
                              * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
@@ -2240,7 +2242,7 @@ typedef struct pd_multigrid {
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
     float *store;   /* level 0: coefficients with their pads, inv and excess */
-    float *fields;  /* level 0: x with its pads, b and r; NULL with a host */
+    float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With desc.guest the owner sets it */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
@@ -2271,6 +2273,8 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
  * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
+/* Floats of x, b and r of the finest level. */
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg);
 /* Arrays of the finest level of a pd_multigrid, those of a setup, and a multigrid without any, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);
@@ -16279,10 +16283,7 @@ static int pdi_krylov_iterate(const pd_krylov_desc *desc)
 
 /* Entries of single precision that hold integers, and their scales: an even number of each. */
 static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
-static int64_t pdi_krylov_scales(int64_t length)
-{
-    return ((length + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED + 1) / 2 * 2;
-}
+static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
@@ -16782,8 +16783,9 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         int j = count;
         if (d->fixed && j == d->restart) break;
         if (j == pdi_krylov_room(run->k)) {
-            if (!pdi_krylov_grow(run->ctx, run->k)) break;
-            s = pdi_krylov_look(run->k);
+            int grown = pdi_krylov_grow(run->ctx, run->k);
+            s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
@@ -18028,7 +18030,7 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
     return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
 }
-static size_t pdi_multigrid_fields(const pd_multigrid *mg)
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
 {
     return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
@@ -18047,7 +18049,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
     PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
-    if (!mg->desc.host) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
+    if (!mg->desc.host && !mg->desc.guest) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -18335,6 +18337,7 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
+    pdi_multigrid_blank(mg, mg->level[0].x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
@@ -18468,7 +18471,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
-/* Zeros where x, b and r of level 0 have none after a cycle of another multigrid: the share of one thread. */
+/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
 static void pdi_multigrid_wipe(const pd_multigrid *mg)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -18517,7 +18520,10 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     if (mg->levels == 0) return; /* setup failed or was never called */
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    if (mg->desc.host || mg->hosts) PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    if (mg->desc.host || mg->hosts || mg->desc.guest) {
+        pdi_multigrid_blank(mg, mg->level[0].x, 0);
+        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    }
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
@@ -21830,8 +21836,10 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_krylov(s, &kd);
     pdi_steady_multigrid(s, &md);
     pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    md.guest = 1;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
     md.symmetric = 1;
+    md.guest = 0;
     md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
@@ -21916,6 +21924,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
+        s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
         for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -21942,6 +21951,7 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     s->worst = pdi_steady_find_worst(s);
     for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
     if (s->flow->order != 4) s->advecting = NULL;
+    s->mg_u.fields = NULL;
     if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }

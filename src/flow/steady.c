@@ -318,8 +318,10 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_krylov(s, &kd);
     pdi_steady_multigrid(s, &md);
     pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    md.guest = 1;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
     md.symmetric = 1;
+    md.guest = 0;
     md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
@@ -404,6 +406,7 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
+        s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
         for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
@@ -430,6 +433,7 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     s->worst = pdi_steady_find_worst(s);
     for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
     if (s->flow->order != 4) s->advecting = NULL;
+    s->mg_u.fields = NULL;
     if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }

@@ -41,10 +41,7 @@ static int pdi_krylov_iterate(const pd_krylov_desc *desc)
 
 /* Entries of single precision that hold integers, and their scales: an even number of each. */
 static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
-static int64_t pdi_krylov_scales(int64_t length)
-{
-    return ((length + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED + 1) / 2 * 2;
-}
+static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
@@ -544,8 +541,9 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         int j = count;
         if (d->fixed && j == d->restart) break;
         if (j == pdi_krylov_room(run->k)) {
-            if (!pdi_krylov_grow(run->ctx, run->k)) break;
-            s = pdi_krylov_look(run->k);
+            int grown = pdi_krylov_grow(run->ctx, run->k);
+            s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (!grown) break;
         }
         double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));

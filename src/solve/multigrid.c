@@ -30,7 +30,7 @@ static size_t pdi_multigrid_store(const pd_multigrid *mg)
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
     return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
 }
-static size_t pdi_multigrid_fields(const pd_multigrid *mg)
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
 {
     return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
@@ -49,7 +49,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
     PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
-    if (!mg->desc.host) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
+    if (!mg->desc.host && !mg->desc.guest) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -337,6 +337,7 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
+    pdi_multigrid_blank(mg, mg->level[0].x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
@@ -470,7 +471,7 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
-/* Zeros where x, b and r of level 0 have none after a cycle of another multigrid: the share of one thread. */
+/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
 static void pdi_multigrid_wipe(const pd_multigrid *mg)
 {
     const pd_smoother_level *fine = &mg->level[0];
@@ -519,7 +520,10 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     if (mg->levels == 0) return; /* setup failed or was never called */
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
-    if (mg->desc.host || mg->hosts) PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    if (mg->desc.host || mg->hosts || mg->desc.guest) {
+        pdi_multigrid_blank(mg, mg->level[0].x, 0);
+        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    }
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smoother_level *last = &mg->level[mg->levels - 1];

@@ -773,6 +773,7 @@ def declare(dim):
         ('periodic', c_int * dim),
         ('symmetric', c_int),
         ('contrast', c_int),
+        ('guest', c_int),
         ('host', c_void_p),
         ('arena', POINTER(pd_arena)),
     ]
