@@ -2335,6 +2335,8 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
  * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
  * which may change over the whole box. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
+/* 1: spacings differ so much that the rounding of a cycle shows at a few digits already. */
+PDI_FN int pdi_compact_stretched(const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
@@ -18581,6 +18583,9 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     c->with_flux = with_flux;
 }
 
+/* Ratio of spacings from which on a lattice is stretched. */
+#define PDI_COMPACT_STRETCHED 4.0
+
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
 static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
                                  int32_t other, int d)
@@ -18673,6 +18678,16 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
             if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, media, convection, faces);
         }
     }
+}
+
+PDI_FN int pdi_compact_stretched(const double *h)
+{
+    double least = h[0], most = h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, h[d]);
+        most = fmax(most, h[d]);
+    }
+    return most > PDI_COMPACT_STRETCHED * least;
 }
 
 PDI_FN int pdi_compact_contrast(const int *n, const double *h)
@@ -27648,7 +27663,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.ctx = ctx;
     user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
-    pdi_krylov_pair(&t->krylov, 0); /* what is asked for is far above the rounding of the preconditioner */
+    pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;

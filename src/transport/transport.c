@@ -418,7 +418,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.ctx = ctx;
     user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
-    pdi_krylov_pair(&t->krylov, 0); /* what is asked for is far above the rounding of the preconditioner */
+    pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
