@@ -63,6 +63,7 @@
  *     quadratic  the value at a place of the quadratic that fits values and slopes around it best.
  *     reconstruct fields beside smooth surfaces as quadratics through the nodes that a row sees.
  *   solve/
+ *     hessenberg the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations.
  *     krylov     iterative solvers for A x = b over callbacks; they know no physics.
  *     smoother   one level of the multigrid hierarchy, and the sweeps over its cells.
  *     coarsen    the next coarser level of a multigrid hierarchy.
@@ -692,6 +693,8 @@ PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 PDI_FN PDI_ONCE size_t pdi_arena_bytes(pdi_list_fn list, void *object);
 /* Room for so many bytes, or what there is if that is more. PD_ERR_INTERNAL: something is lent. */
 PDI_FN PDI_ONCE pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes);
+/* 1: there is room for the arrays of a list. */
+PDI_FN PDI_ONCE int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object);
 /* Point the arrays of a list into the arena: zeros, but for those of PDI_RAW. PD_ERR_INTERNAL: there is no room. */
 PDI_FN PDI_ONCE pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object);
 /* Take them back: their pointers become NULL. Returns `status`, or when that is no error PD_ERR_INTERNAL: they are not
@@ -785,16 +788,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
- * double or of single precision; the others are NULL. */
+ * double or of single precision, or integers of 16 bits times the scale of their block; the others are NULL. */
 #define PDI_PAR_GROUP 4
+/* Entries that share a scale. */
+#define PDI_PAR_SCALED 64
 typedef struct pdi_par_vectors {
     const double *v[PDI_PAR_GROUP];
     const float *single[PDI_PAR_GROUP];
+    const int16_t *integer[PDI_PAR_GROUP];
+    const float *scale[PDI_PAR_GROUP]; /* [one for PDI_PAR_SCALED entries], of the integers */
 } pdi_par_vectors;
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots);
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w);
+/* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */
@@ -1879,6 +1888,24 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const 
 
 #endif
 
+/* ======== >>solve/hessenberg.h ======== */
+/* hessenberg: the least squares of GMRES: a Hessenberg matrix that grows by columns, made triangular by rotations. */
+#ifndef PD_HESSENBERG_H
+#define PD_HESSENBERG_H
+
+#ifdef PDI_INTERNAL
+/* Column j, j + 2 entries long, begins behind the columns before it. */
+static inline int64_t pdi_hessenberg_column(int64_t j) { return j * (j + 3) / 2; }
+/* Rotate column h, the j-th one, to upper triangular form, and with it the right-hand side g. cs, sn: rotations so far,
+ * which get one more. */
+PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g);
+/* y of `count` columns by back substitution. A singular operator leaves a pivot of rounding size; its direction is left
+ * out. */
+PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y);
+#endif
+
+#endif
+
 /* ======== >>solve/krylov.h ======== */
 /* krylov: iterative solvers for A x = b over callbacks; they know no physics.
  *
@@ -1896,9 +1923,15 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 #define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
+
+typedef enum pd_krylov_precision {
+    PD_KRYLOV_DOUBLE = 0,
+    PD_KRYLOV_SINGLE = 1,
+    PD_KRYLOV_INTEGER = 2 /* 16 bits times a scale that 64 entries share */
+} pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
@@ -1909,19 +1942,26 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int least;          /* [-] GMRES: basis vectors that there is room for at the start of a solve, which takes more of
+                         * them as it needs them; 0: restart */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
+                         * Borrowed; NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
-    int compressed;     /* 1: GMRES keeps its basis in single precision: half the memory. Residuals stay double, a cycle
-                         * gains up to six digits (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022) */
+    pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in
+                         * single precision (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022), up to three as
+                         * integers */
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
     const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
                          * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
+    int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
+                         * callbacks may leave anything in the vector that they are given, const in name alone */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -1930,14 +1970,19 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a vector of the basis */
+    int base;            /* GMRES: columns that the basis has room for before it grows, in its form of now */
+    int shift;           /* GMRES, lean: vectors in front of the basis that an iterate takes; 0: none does yet */
     int basis_vectors;
+    int64_t stride;      /* entries of double or single precision from one vector of the basis to the next */
+    int64_t built;       /* of the basis without what has grown */
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
-    float *single;       /* the same when compressed */
+    float *single;       /* the same when compressed; integers, and then their scales, stand in it, too */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
-    int columns;         /* GMRES: that the Hessenberg matrix has room for */
+    int columns, few;    /* GMRES: that the Hessenberg matrix has room for, and had when it was built */
     void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
+    int lent[PD_KRYLOV_MORE]; /* 1: by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
@@ -1965,8 +2010,10 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
 PDI_FN double pdi_krylov_least(void);
-/* Give back what has grown. */
+/* Give back what has grown and was allocated; the arena has the rest back from the end of each solve on. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+/* GMRES that was built flexible, and has not grown: switch that off, which leaves room for twice the columns, or on. */
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came
@@ -2188,6 +2235,10 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    int guest;              /* 1: with an arena: the memory of x, b and r is pdi_multigrid_fields floats of an array
+                             * that is not in use during a setup or a cycle and may hold anything before it */
+    struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
+                             * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
                              * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
                              * its own */
@@ -2196,9 +2247,11 @@ typedef struct pd_multigrid_desc {
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
+    int hosts;      /* 1: another one has this one as its host */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    float *store;   /* level 0: coefficients with their pads, inv and excess */
+    float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With desc.guest the owner sets it */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
@@ -2229,6 +2282,8 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
  * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
+/* Floats of x, b and r of the finest level. */
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg);
 /* Arrays of the finest level of a pd_multigrid, those of a setup, and a multigrid without any, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);
@@ -2289,6 +2344,8 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
  * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
  * which may change over the whole box. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
+/* 1: spacings differ so much that the rounding of a cycle shows at a few digits already. */
+PDI_FN int pdi_compact_stretched(const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family
@@ -2913,10 +2970,11 @@ typedef struct pd_steady {
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
-    pd_krylov krylov;
+    pd_krylov krylov;                   /* of Newton's steps */
+    pd_krylov even;                     /* of the potential */
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */
@@ -10829,10 +10887,15 @@ static int pdi_arena_go(const pd_arena *arena, void (*take)(pdi_owner *, const p
     return walk.wrong;
 }
 
+PDI_FN int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object)
+{
+    return arena->block && pdi_arena_bytes(list, object) <= arena->size - arena->used;
+}
+
 PDI_FN pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object)
 {
     size_t bytes = pdi_arena_bytes(list, object);
-    if (!arena->block || bytes > arena->size - arena->used)
+    if (!pdi_arena_has(arena, list, object))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
                         "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
                         (double)arena->size * 1e-6);
@@ -11035,6 +11098,31 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
+/* The same with x as integers times the scales of their blocks. */
+static double pdi_par_block_dot_integer(const int16_t *x, const float *scale, const double *y, int64_t n)
+{
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        double part[PDI_PAR_CHAINS], factor = (double)scale[lo / PDI_PAR_SCALED];
+        int64_t i = lo, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] = 0.0;
+        for (; i + PDI_PAR_CHAINS <= hi; i += PDI_PAR_CHAINS)
+            for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] += (double)x[i + c] * y[i + c];
+        for (int c = 0; i < hi; i++, c++) part[c] += (double)x[i] * y[i];
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += factor * part[c];
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+static double pdi_par_block_product(const pdi_par_vectors *v, int m, const double *w, int64_t lo, int64_t n)
+{
+    if (v->v[m]) return pdi_par_block_dot(v->v[m] + lo, w + lo, n);
+    if (v->single[m]) return pdi_par_block_dot_single(v->single[m] + lo, w + lo, n);
+    return pdi_par_block_dot_integer(v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo, n);
+}
+
 /* Products of the blocks from `first` on: the share of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
@@ -11043,9 +11131,7 @@ static void pdi_par_products(int64_t n, int64_t first, int batch, int count, con
     for (int b = 0; b < batch; b++) {
         int64_t lo = (first + b) * PDI_PAR_BLOCK;
         int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++)
-            partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
-                                    : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+        for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_product(v, m, w, lo, len);
     }
 }
 
@@ -11066,6 +11152,16 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
     pdi_par_end(ctx, &timing);
 }
 
+/* w += a times integers with scales. */
+static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const float *scale, double *w)
+{
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        int64_t hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double factor = a * (double)scale[lo / PDI_PAR_SCALED];
+        for (int64_t i = lo; i < hi; i++) w[i] += factor * (double)x[i];
+    }
+}
+
 /* The share of one thread in w += sum a[m] v[m]. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
@@ -11078,7 +11174,9 @@ static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vec
             const float *single = v->single[m];
             double factor = a[m];
             for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
-            for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
+            for (int64_t i = lo; single && i < hi; i++) w[i] += factor * (double)single[i];
+            if (v->integer[m])
+                pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
         }
     }
 }
@@ -11090,6 +11188,36 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
     int nt = pdi_par_begin(ctx, n, count, 1, &timing);
     PDI_SHARE(nt, pdi_par_add(n, count, a, v, w));
     pdi_par_end(ctx, &timing);
+}
+
+/* The share of one thread. */
+static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    PDI_FOR
+    for (int64_t block = 0; block < (n + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED; block++) {
+        int64_t lo = block * PDI_PAR_SCALED, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double largest = 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            v[i] *= a;
+            double size = fabs(v[i]);
+            largest = size > largest ? size : largest;
+        }
+        largest /= INT16_MAX;
+        scale[block] = largest > FLT_MIN ? (float)largest : 0.0f;
+        double back = (double)scale[block], unit = back > 0.0 ? 1.0 / back : 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            double x = v[i] * unit;
+            int32_t q = (int32_t)(x + (x < 0.0 ? -0.5 : 0.5)); /* no more: a scale has 24 bits */
+            integer[i] = (int16_t)q;
+            v[i] = back * (double)q;
+        }
+    }
+}
+
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_round(n, a, v, integer, scale));
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)
@@ -16511,6 +16639,42 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #pragma GCC optimize ("O1")
 #endif
 
+/* ======== >>solve/hessenberg.c ======== */
+/* hessenberg: see hessenberg.h */
+#include <math.h>
+
+/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
+#define PDI_HESSENBERG_PIVOT 1e-13
+
+PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g)
+{
+    for (int i = 0; i < j; i++) {
+        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
+        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
+        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
+        h[i] = t;
+    }
+    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
+    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
+    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
+    h[j] = radius;
+    h[j + 1] = 0.0;
+    g[j + 1] = -sn[j] * g[j];
+    g[j] *= cs[j];
+}
+
+PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y)
+{
+    double largest = 0.0;
+    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_hessenberg_column(j) + j]));
+    for (int i = count - 1; i >= 0; i--) {
+        double sum = g[i];
+        for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column(j) + i] * y[j];
+        double pivot = hess[pdi_hessenberg_column(i) + i];
+        y[i] = fabs(pivot) > PDI_HESSENBERG_PIVOT * largest ? sum / pivot : 0.0;
+    }
+}
+
 /* ======== >>solve/krylov.c ======== */
 /* krylov: see krylov.h */
 #include <float.h>
@@ -16521,8 +16685,6 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #define PDI_KRYLOV_PROGRESS 0.999
 /* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_KRYLOV_CANCEL 0.1
-/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
-#define PDI_KRYLOV_PIVOT 1e-13
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -16539,30 +16701,62 @@ typedef struct pdi_krylov_run {
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
-static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
-
 /* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
 static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
-    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
 }
+
+/* Vectors of the basis that an iterate of double precision takes the place of. */
+static int pdi_krylov_iterate(const pd_krylov_desc *desc)
+{
+    return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+}
+
+/* Entries of single precision that hold integers, and their scales: an even number of each. */
+static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
+static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+    if (krylov->built && krylov->desc.compressed) PDI_RAW(owner, krylov, single, krylov->built, "1");
+    if (krylov->built && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, krylov->built, "1");
 }
 
 static void pdi_krylov_small_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
+}
+
+/* Columns that the basis grows by, from those that it was built with. */
+static int pdi_krylov_step(const pd_krylov *krylov)
+{
+    int more = krylov->desc.most - krylov->base;
+    return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
+}
+
+/* Strides and sizes for the form in desc. */
+static void pdi_krylov_lay(pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    int64_t length = krylov->length;
+    krylov->stride = length;
+    if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
+    if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
+    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    krylov->base = (int)(columns < d->most ? columns : d->most);
+    krylov->grow = pdi_krylov_step(krylov);
+}
+
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible)
+{
+    krylov->desc.flexible = flexible;
+    pdi_krylov_lay(krylov);
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -16579,9 +16773,13 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
-    if (d->restart < 1 || d->restart > 1000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
+    if (d->restart < 1 || d->restart > 1000 || d->least < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d",
+                        d->restart, d->least);
+    if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
+    krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
+    if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -16591,9 +16789,10 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 2;
-        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
-        krylov->columns = d->restart;
+        krylov->vectors = d->lean ? 1 : 2;
+        krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
+        pdi_krylov_lay(krylov);
+        krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -16624,7 +16823,7 @@ PDI_COLD_END
 /* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
+    return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -16643,11 +16842,10 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    const pd_krylov_desc *d = &krylov->desc;
-    if (!krylov->chunks) return;
+    if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -16655,25 +16853,62 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 /* Columns of the basis as it is now. */
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
-    return krylov->desc.restart + krylov->chunks * krylov->grow;
+    int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    if (columns > krylov->columns) columns = krylov->columns;
+    return columns < krylov->desc.most ? columns : krylov->desc.most;
+}
+
+/* The chunk behind those that there are. */
+static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
+    pdi_owner_add(owner, PDI_OWNED_RAW, "krylov.more", "1", pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                  &krylov->more[krylov->chunks]);
+}
+
+/* Room for one more chunk: of the arena, or else a new one. */
+static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
+{
+    pd_arena *arena = krylov->desc.arena;
+    krylov->lent[krylov->chunks] = arena && pdi_arena_has(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->lent[krylov->chunks]) return pdi_arena_lend(ctx, arena, pdi_krylov_chunk_list, krylov);
+    return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->grow;
-    if (columns > krylov->desc.most || !krylov->grow) return 0;
-    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
-                                 &krylov->more[krylov->chunks]);
-    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
+    int chunk = krylov->columns >= columns;                     /* the matrix has room for what there is */
+    if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
+    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
+    if (chunk) columns += krylov->grow;
+    pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
+    if (status == PD_OK && chunk) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
-        krylov->chunks++;
+        krylov->chunks += chunk;
         return 1;
     }
-    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
+}
+
+/* The arena takes back what it has lent to the basis; what was allocated moves up for the next solve. */
+static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
+{
+    int kept = 0, chunks = krylov->chunks;
+    while (krylov->chunks--)
+        if (krylov->lent[krylov->chunks])
+            status = pdi_arena_return(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
+    for (int k = 0; k < chunks; k++) {
+        void *chunk = krylov->more[k];
+        krylov->more[k] = NULL;
+        if (krylov->lent[k]) krylov->lent[k] = 0;
+        else krylov->more[kept++] = chunk;
+    }
+    krylov->chunks = kept;
+    return status;
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -16695,13 +16930,13 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
+    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : grow ? (at - restart) / grow : k->chunks;
+    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->shift + i);
+    return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -16725,9 +16960,13 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
+    int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        float *single = pdi_krylov_single(run->k, first + m);
         v.v[m] = pdi_krylov_double(run->k, first + m);
-        v.single[m] = pdi_krylov_single(run->k, first + m);
+        v.single[m] = integers ? NULL : single;
+        v.integer[m] = integers ? (const int16_t *)(const void *)single : NULL;
+        v.scale[m] = integers && single ? single + pdi_krylov_integers(run->k->length) : NULL;
     }
     return v;
 }
@@ -16822,7 +17061,8 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 /* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -16836,10 +17076,15 @@ static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, floa
     }
 }
 
-/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+/* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
+    if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
+        float *single = pdi_krylov_single(run->k, i);
+        pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
+        return;
+    }
     int nt = pdi_par_threads(run->ctx, n);
     PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
 }
@@ -16882,37 +17127,6 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     }
     h[j + 1] = norm;
     return before;
-}
-
-/* Rotate column j of H to upper triangular form. */
-static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
-{
-    for (int i = 0; i < j; i++) {
-        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
-        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
-        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
-        h[i] = t;
-    }
-    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
-    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
-    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
-    h[j] = radius;
-    h[j + 1] = 0.0;
-    g[j + 1] = -sn[j] * g[j];
-    g[j] *= cs[j];
-}
-
-/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
-static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
-{
-    double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
-    for (int i = count - 1; i >= 0; i--) {
-        double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
-        double pivot = hess[pdi_krylov_column(i) + i];
-        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
-    }
 }
 
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
@@ -16969,7 +17183,7 @@ static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double 
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate (lean: v alone). */
 static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_flexible(run->k) : 0;
@@ -16980,12 +17194,14 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
         pdi_krylov_swap(run);
     }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    if (run->k->desc.lean) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
     return PD_OK;
 }
 
-/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before (lean: it is left in
+ * v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -17000,10 +17216,11 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         int j = count;
         if (d->fixed && j == d->restart) break;
         if (j == pdi_krylov_room(run->k)) {
-            if (!pdi_krylov_grow(run->ctx, run->k)) break;
-            s = pdi_krylov_look(run->k);
+            int grown = pdi_krylov_grow(run->ctx, run->k);
+            s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (!grown) break;
         }
-        double *h = s.hess + pdi_krylov_column(j);
+        double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
@@ -17012,15 +17229,62 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         run->result->iterations++;
         count++;
         double next = h[j + 1];
-        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
+        pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
-    pdi_krylov_back(count, s.hess, s.g, s.y);
+    pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
+}
+
+/* ---- lean: iterates live in the basis between the cycles ---- */
+
+/* Place of an iterate: 0 is that of the best one, in front of the basis; 1 that of the next one, within the basis. */
+static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
+{
+    const pd_krylov *k = run->k;
+    double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
+    return front + which * (k->desc.compressed ? pdi_krylov_iterate(&k->desc) * k->stride / 2 : k->length);
+}
+
+static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
+    else pdi_par_copy(run->ctx, run->k->length, packed, full);
+}
+
+/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+static double pdi_krylov_next_residual(pdi_krylov_run *run)
+{
+    double *next = pdi_krylov_packed(run, 1);
+    if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
+    else pdi_par_copy(run->ctx, run->k->length, run->v, next);
+    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    pdi_krylov_whole(run, next, run->v);
+    pdi_krylov_clear(run, run->w);
+    pdi_krylov_apply(run, run->v, run->w);
+    pdi_krylov_scale_add(run, -1.0, run->w, run->b);
+    pdi_krylov_swap(run);
+    pdi_krylov_clear(run, run->w);
+    return sqrt(pdi_krylov_dot(run, run->v, run->v));
+}
+
+/* It is the best one. */
+static void pdi_krylov_accept(const pdi_krylov_run *run)
+{
+    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
+    run->k->shift = pdi_krylov_iterate(&run->k->desc);
+}
+
+/* x becomes the best one, and the basis is as it was. */
+static void pdi_krylov_leave(const pdi_krylov_run *run)
+{
+    if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
+    else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
+    run->k->shift = 0;
 }
 
 static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
@@ -17029,14 +17293,15 @@ static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, run->v);
+        double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, run->w, run->x);
+            if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
         run->result->residual = fresh;
+        if (d->lean) pdi_krylov_accept(run);
         if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
         norm = fresh;
     }
@@ -17191,8 +17456,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
-    run.v = pdi_krylov_vector(&run, 0);
-    run.w = pdi_krylov_vector(&run, 1);
+    run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
     pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
     pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
@@ -17202,8 +17467,9 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
+    if (krylov->desc.lean) pdi_krylov_leave(&run);
     run.result->converged = status == PD_OK;
-    return status;
+    return pdi_krylov_return(ctx, krylov, status);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -18191,11 +18457,15 @@ PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *how, pd_smoot
 
 /* ---- memory ---- */
 
-/* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
+/* Floats of level 0: the coefficients with their pads, inv, excess; and x with its pads, b, r. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
-    size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(mg->desc.contrast) * cells;
+    size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
+}
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
+{
+    return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
 /* Doubles of level 0: sum with its pads. */
@@ -18212,6 +18482,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
     PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
+    if (!mg->desc.host && !mg->desc.guest) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -18256,6 +18527,7 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++)
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
+    if (desc->host) desc->host->hosts = 1;
     return PD_OK;
 }
 
@@ -18274,16 +18546,18 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
-    fine->x = next;
-    for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
-    for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    for (int d = 0; d < PD_DIM; d++, next += length) fine->hi[d] = next;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : next;
+        if (!desc->symmetric) next += length;
+    }
+    fine->x = (desc->host ? desc->host->fields : mg->fields) + mg->pad;
     pdi_multigrid_blank(mg, fine->x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
     for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
-    fine->b = next + cells + mg->pad;
+    fine->b = fine->x + cells + mg->pad;
     fine->r = fine->b + cells;
-    fine->inv = fine->r + cells;
+    fine->inv = next - mg->pad;
     if (desc->contrast) {
         fine->excess = fine->inv + cells;
         fine->sum = mg->sums + mg->pad;
@@ -18496,6 +18770,7 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
+    pdi_multigrid_blank(mg, mg->level[0].x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
@@ -18629,6 +18904,23 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
+/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
+static void pdi_multigrid_wipe(const pd_multigrid *mg)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], rows = fine->cells / n0;
+    PDI_FOR
+    for (int32_t r = 0; r < rows; r++) {
+        int32_t first = r * n0, begin = fine->begin[r], end = fine->end[r];
+        size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
+        memset(fine->x + first, 0, before * sizeof *fine->x);
+        memset(fine->x + end, 0, behind * sizeof *fine->x);
+        memset(fine->b + first, 0, before * sizeof *fine->b);
+        memset(fine->b + end, 0, behind * sizeof *fine->b);
+        memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+    }
+}
+
 /* b of level 0 = in rhs: the share of one thread. */
 static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
 {
@@ -18661,6 +18953,10 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     if (mg->levels == 0) return; /* setup failed or was never called */
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    if (mg->desc.host || mg->hosts || mg->desc.guest) {
+        pdi_multigrid_blank(mg, mg->level[0].x, 0);
+        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    }
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
@@ -18717,6 +19013,9 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     for (int d = 0; d < PD_DIM; d++) c->cells *= grid->n[d];
     c->with_flux = with_flux;
 }
+
+/* Ratio of spacings from which on a lattice is stretched. */
+#define PDI_COMPACT_STRETCHED 4.0
 
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
 static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
@@ -18810,6 +19109,16 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
             if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, media, convection, faces);
         }
     }
+}
+
+PDI_FN int pdi_compact_stretched(const double *h)
+{
+    double least = h[0], most = h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, h[d]);
+        most = fmax(most, h[d]);
+    }
+    return most > PDI_COMPACT_STRETCHED * least;
 }
 
 PDI_FN int pdi_compact_contrast(const int *n, const double *h)
@@ -21677,11 +21986,16 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
  * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
+/* Basis vectors that a linear solve starts with room for. */
+#define PDI_STEADY_LEAST 10
+
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
 /* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Basis vectors for that potential. */
+#define PDI_STEADY_EVEN_RESTART 24
 /* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
@@ -21721,13 +22035,13 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
-static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+/* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *y = s->work, *dp = y + split;
+    double *dp = y + split;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -21735,7 +22049,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
     precond.convected = flow->grad;
-    pdi_par_copy(ctx, split + total, x, r);
+    pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
@@ -21745,13 +22059,12 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
-/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+/* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
  * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
-static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
@@ -21770,12 +22083,13 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     flow->evaluations++;
 }
 
-/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. x becomes M^-1 x. */
 static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    pdi_steady_precondition(u->ctx, u->steady, x, y);
-    pdi_steady_jacobian(u->ctx, u->steady, y);
+    double *step = (double *)x; /* the solver is lean */
+    pdi_steady_precondition(u->ctx, u->steady, step, y);
+    pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
 /* The coefficients of one multigrid after the other pass through `compact`. */
@@ -21915,7 +22229,6 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_work_list(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
@@ -21926,7 +22239,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
-static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
@@ -21934,8 +22247,24 @@ static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->zero_guess = kd->compressed = 1;
+    kd->least = PDI_STEADY_LEAST;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
+}
+
+static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = s->flow->grid->total;
+    kd->spans = &s->flow->bonds->spans;
+    kd->components = 1;
+    kd->restart = PDI_STEADY_EVEN_RESTART;
+    kd->max_iterations = PDI_STEADY_EVEN_MOST;
+    kd->rtol = PDI_STEADY_EVEN;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = PD_KRYLOV_SINGLE;
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -21953,20 +22282,26 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_krylov(s, &kd);
     pdi_steady_multigrid(s, &md);
     pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    md.guest = 1;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
     md.symmetric = 1;
+    md.guest = 0;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
     if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
     s->jacobian.flow = s->flow;
-    return pdi_krylov_plan(ctx, &kd, &s->krylov);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    return pdi_krylov_plan(ctx, &kd, &s->even);
 }
 
 PDI_FN size_t pdi_steady_room(pd_steady *s)
 {
     size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
                    pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
-    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov);
+    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov), even = pdi_arena_bytes(pdi_krylov_list, &s->even);
+    if (linear < even) linear = even;
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
@@ -21986,6 +22321,8 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->even));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
@@ -22002,11 +22339,16 @@ PDI_COLD_END
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
+    pd_krylov_desc kd;
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    pdi_steady_krylov(s, &kd);
+    pdi_krylov_free(ctx, &s->krylov);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
 
@@ -22028,7 +22370,8 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
-        for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
+        s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
+        for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
     return PD_OK;
@@ -22054,21 +22397,23 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     s->worst = pdi_steady_find_worst(s);
     for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
     if (s->flow->order != 4) s->advecting = NULL;
+    s->mg_u.fields = NULL;
     if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }
 
-/* A linear system with the right-hand side s->residual, into s->step. */
-static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply, pd_apply_fn precond,
-                                   pd_krylov_result *linear)
+/* A linear system with the right-hand side s->residual, into s->step, both from component `first` on. */
+static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
+                                   pd_apply_fn precond, pd_krylov_result *linear)
 {
+    int64_t at = (int64_t)first * s->flow->grid->total;
     pd_arena *arena = pdi_steady_arena(s);
     pdi_steady_user user;
     user.ctx = ctx;
     user.steady = s;
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &s->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &s->krylov, apply, precond, &user, s->residual, s->step, linear);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, krylov));
+    pd_status status = pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->step + at, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
 /* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up, about the state
@@ -22079,9 +22424,8 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pd_krylov_result linear;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
+    PDI_TRY(pdi_steady_linear(ctx, s, &s->krylov, 0, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
-    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
@@ -22092,25 +22436,19 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap q, both in the places of the pressure. Ports hold zero. */
+/* y = lap x. Ports hold zero. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    double *q = u->steady->work;
-    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
-    pd_ghosts_scalar(&flow->bonds->ghosts, q);
-    pdi_par_zero(u->ctx, split, y);
-    pd_op_laplacian(u->ctx, flow->bonds, q, y + split);
+    pd_ghosts_scalar(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
+    pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
 static void pdi_steady_poisson(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
-    pdi_par_zero(u->ctx, split, y);
-    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
 /* The largest volume of a node [m^d]. */
@@ -22127,25 +22465,17 @@ static double pdi_steady_volume(const pd_flow *flow)
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
-    pd_krylov *k = &s->krylov;
+    pd_krylov *k = &s->even;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
-    int most = k->desc.max_iterations;
-    pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
     PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
-    k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
-    k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
-    k->desc.fixed = 1;
-    pd_status status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, pdi_steady_poisson, &linear);
+    pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0) status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, NULL, &linear);
-    k->desc.max_iterations = most;
-    k->desc.fixed = 0;
-    k->desc.atol = 0.0;
+    if (status > 0) status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, NULL, &linear);
     if (status < 0) return status;
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
@@ -22327,6 +22657,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_multigrid_free(ctx, &s->mg_seep);
     pdi_multigrid_free(ctx, &s->mg_d);
     pdi_krylov_free(ctx, &s->krylov);
+    pdi_krylov_free(ctx, &s->even);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     pd_arena_free(ctx, &s->own);
@@ -28623,6 +28954,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.ctx = ctx;
     user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
+    pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -28638,6 +28970,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
 
@@ -28833,8 +29166,6 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     pd_transport *transport = (pd_transport *)object;
     if (!transport->grid) return;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_STATE(owner, transport, c, total, "mol/m3");
     PDI_STATE(owner, transport, carry, total, "mol/m3");
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
@@ -28864,7 +29195,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
-static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = t->grid->total;
@@ -28872,10 +29203,11 @@ static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
     kd->components = 1;
     kd->restart = 20;
     kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
     kd->flexible = 1;
-    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
     kd->zero_guess = 1;
+    kd->compressed = t->desc.field ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE; /* in which a good conductor's level drowns */
 }
 
 PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)

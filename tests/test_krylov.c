@@ -199,7 +199,7 @@ TEST(gmres_growth)
         d.restart = 5;
         d.most = 25;
         d.max_iterations = 1000;
-        d.compressed = variant >> 1 & 1;
+        d.compressed = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
         d.flexible = variant >> 2;
         fault_context(&c, 0, 1, &ctx);
         CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
@@ -224,6 +224,140 @@ TEST(gmres_growth)
         pdi_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
         CHECK_INT(c.live, 0);
+    }
+}
+
+/* A basis grows into what an arena has left, and beyond; after a solve the arena has it back. The same bits. */
+TEST(gmres_growth_lent)
+{
+    enum { N = 24, GROWS = 19, LENT = 7 };
+    for (int flexible = 0; flexible < 2; flexible++) {
+        double b[N] = {0.0}, x[2][N];
+        size_t chunk = (size_t)N * sizeof *b * (flexible ? 2 : 1), grown[2];
+        b[0] = 1.0;
+        for (int lends = 0; lends < 2; lends++) {
+            pd_ctx ctx;
+            pd_krylov k;
+            pd_krylov_result r;
+            pd_arena arena;
+            pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+            sys s = make(K_SHIFT, N);
+            pd_ctx_init(&ctx);
+            memset(&arena, 0, sizeof arena);
+            d.restart = 5;
+            d.most = 25;
+            d.max_iterations = 1000;
+            d.flexible = flexible;
+            if (lends) d.arena = &arena;
+            CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, LENT * chunk));
+            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            size_t built = ctx.in_use;
+            for (int pass = 0; pass < 2; pass++) {
+                memset(x[lends], 0, sizeof x[lends]);
+                CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, flexible ? same : NULL, &s, b, x[lends], &r));
+                CHECK_INT(r.iterations, N);
+                CHECK_INT(k.chunks, GROWS - (lends ? LENT : 0));
+                CHECK_INT((int)arena.used, 0);
+            }
+            grown[lends] = ctx.in_use - built;
+            pdi_krylov_trim(&ctx, &k);
+            CHECK_INT((int)ctx.in_use, (int)built);
+            pdi_krylov_free(&ctx, &k);
+            pd_arena_free(&ctx, &arena);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_INT((int)(grown[0] - grown[1]), (int)(LENT * chunk));
+        CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+    }
+}
+
+/* The operator leaves rubbish in what it is given. */
+static void spoil(void *user, const double *x, double *y)
+{
+    multiply(user, x, y);
+    for (int i = 0; i < ((const sys *)user)->n; i++) ((double *)x)[i] = 1e30;
+}
+
+/* One work vector less, and room for few vectors at first: the same bits, with restarts and without. */
+TEST(gmres_lean)
+{
+    enum { N = 60 };
+    for (int variant = 0; variant < 8; variant++) {
+        double b[N], x[2][N];
+        pd_krylov_result r[2];
+        for (int i = 0; i < N; i++) b[i] = 1.0 + 0.3 * sin(1.7 * i);
+        for (int lean = 0; lean < 2; lean++) {
+            pd_ctx ctx;
+            sys s = make(K_WIND, N);
+            pd_krylov k;
+            pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+            s.wind = 0.5;
+            pd_ctx_init(&ctx);
+            d.restart = 12;
+            d.most = variant & 1 ? 200 : 0;
+            d.compressed = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
+            d.max_iterations = variant >> 2 ? 20 : 4000; /* it stops within the second cycle, or has converged */
+            d.rtol = 1e-10;
+            d.zero_guess = 1;
+            d.lean = lean;
+            d.least = lean ? 6 : 0;
+            for (int i = 0; i < N; i++) x[lean][i] = 7.0;
+            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            CHECK_INT(k.vectors, lean ? 1 : 2);
+            int status = pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, jacobi, &s, b, x[lean], &r[lean]);
+            CHECK_INT(status, variant >> 2 ? PD_NOT_CONVERGED : PD_OK);
+            CHECK_NEAR(residual_norm(&s, b, x[lean]), r[lean].residual, 1e-12 * r[lean].residual0);
+            pdi_krylov_free(&ctx, &k);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_INT(r[0].iterations, r[1].iterations);
+        CHECK(variant & 1 || variant >> 2 || r[0].iterations > 24); /* it has restarted twice */
+        CHECK(memcmp(x[0], x[1], sizeof x[0]) == 0);
+    }
+}
+
+/* A basis of integers: three digits take as many iterations as in double precision; eleven take restarts. Its entries
+ * are right to a share of the largest of 64. One vector of it is half of one of single precision. */
+TEST(gmres_integers)
+{
+    enum { N = 300 };
+    double b[N], x[N], own[N];
+    for (int i = 0; i < N; i++) {
+        b[i] = (1.0 + 0.3 * sin(1.7 * i)) * pow(10.0, -(double)(i / 64));
+        own[i] = 2.0 + sin(0.9 * i);
+    }
+    for (int lean = 0; lean < 2; lean++) {
+        int taken[2] = {0, 0};
+        size_t bytes[2];
+        for (int integers = 0; integers < 2; integers++) {
+            pd_ctx ctx;
+            pd_krylov k;
+            pd_krylov_result r;
+            sys s = make(K_DIAGONAL, N);
+            pd_krylov_desc d = describe(PD_KRYLOV_GMRES, N);
+            s.d = own;
+            pd_ctx_init(&ctx);
+            d.restart = 40;
+            d.most = 200;
+            d.rtol = 1e-3;
+            d.compressed = integers ? PD_KRYLOV_INTEGER : PD_KRYLOV_SINGLE;
+            d.zero_guess = 1;
+            d.lean = lean;
+            d.max_iterations = 4000;
+            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            bytes[integers] = (size_t)k.built * sizeof *k.single;
+            CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
+            taken[integers] = r.iterations;
+            CHECK_NEAR(residual_norm(&s, b, x), r.residual, 1e-12 * r.residual0);
+            CHECK_LE(r.residual, 1e-3 * r.residual0);
+            k.desc.rtol = 1e-11;
+            CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
+            CHECK_LE(residual_norm(&s, b, x), 1e-11 * r.residual0);
+            pdi_krylov_free(&ctx, &k);
+            CHECK_INT(ctx.in_use, 0);
+        }
+        CHECK_INT(taken[1], taken[0]);
+        CHECK(20 * bytes[1] < 11 * bytes[0]);
     }
 }
 
@@ -564,7 +698,7 @@ TEST(spans)
         pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 42);
         d.spans = &spans;
         d.components = 2;
-        d.compressed = variant & 1;
+        d.compressed = variant & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
         d.flexible = variant >> 1;
         d.rtol = 1e-12;
         d.restart = 20;
@@ -619,7 +753,7 @@ TEST(bad_input)
     pdi_krylov_free(&ctx, &k);
 }
 
-TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_breakdown)
-          ENTRY(gmres_orthogonality) ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport)
-          ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses) ENTRY(flexible)
-          ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))
+TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)
+          ENTRY(gmres_lean) ENTRY(gmres_integers) ENTRY(gmres_breakdown) ENTRY(gmres_orthogonality)
+          ENTRY(gmres_singular) ENTRY(skew) ENTRY(transport) ENTRY(not_a_number) ENTRY(not_converged) ENTRY(guesses)
+          ENTRY(flexible) ENTRY(unit_covariance) ENTRY(threads) ENTRY(memory) ENTRY(spans) ENTRY(bad_input))

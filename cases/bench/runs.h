@@ -66,16 +66,16 @@ static const scene_run scene_runs[] = {
     "10 stay on one thread: coarse levels, sums over surfaces, bases of few nodes. One thread sets up the coarse "   \
     "levels, evaluates the law and keeps the ledger."
 #define SCENES_MISSED \
-    "Why bytes a node are missed: a steady solve borrows 21 Krylov bases in single precision, 252 bytes a node, " \
-    "and 290 for vectors, multigrids and linearised products, and takes up to 120 more where its basis grows; " \
-    "transport borrows the same memory. Coarse levels take 90, and fields and tables that steps carry on the rest."
+    "Why bytes a node are missed: a limited step of transport borrows 372 bytes a node, 164 of them for 41 Krylov " \
+    "bases in single precision, and takes up to 50 more; a steady solve borrows the same memory, 70 to 160 for its " \
+    "bases. Coarse levels of four multigrids take 165, and fields and tables that steps carry on the rest."
 #else
 #define SCENES_SERIAL \
     "Why speed-ups are missed: one thread sets up the coarse levels, and sweeps those of fewer than 4096 cells."
 #define SCENES_MISSED \
-    "Why bytes a node are missed: 21 bases of four components, 336 bytes a node of fluid or metal, and up to 320 " \
-    "more where they grow; vectors of the flow, its multigrids and linearised products; what rows of cut families " \
-    "hold; and ghosts, which double the nodes of a box 30 cells wide."
+    "Why bytes a node are missed: 11 bases of four components, 91 bytes a node of fluid or metal (in time 176), and " \
+    "more where they grow; vectors of the flow, its multigrids and linearised products; coarse levels; what rows of " \
+    "cut families hold; and ghosts, which double the nodes of a box 30 cells wide."
 #endif
 
 /* 3D: a quick run leaves out the pin. */

@@ -91,10 +91,15 @@ static int pdi_arena_go(const pd_arena *arena, void (*take)(pdi_owner *, const p
     return walk.wrong;
 }
 
+PDI_FN int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object)
+{
+    return arena->block && pdi_arena_bytes(list, object) <= arena->size - arena->used;
+}
+
 PDI_FN pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object)
 {
     size_t bytes = pdi_arena_bytes(list, object);
-    if (!arena->block || bytes > arena->size - arena->used)
+    if (!pdi_arena_has(arena, list, object))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "arena", "%.4g MB are asked for, %.4g of %.4g MB are lent: two solvers "
                         "work at the same time", (double)bytes * 1e-6, (double)arena->used * 1e-6,
                         (double)arena->size * 1e-6);

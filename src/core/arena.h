@@ -33,6 +33,8 @@ PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 PDI_FN PDI_ONCE size_t pdi_arena_bytes(pdi_list_fn list, void *object);
 /* Room for so many bytes, or what there is if that is more. PD_ERR_INTERNAL: something is lent. */
 PDI_FN PDI_ONCE pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes);
+/* 1: there is room for the arrays of a list. */
+PDI_FN PDI_ONCE int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object);
 /* Point the arrays of a list into the arena: zeros, but for those of PDI_RAW. PD_ERR_INTERNAL: there is no room. */
 PDI_FN PDI_ONCE pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object);
 /* Take them back: their pointers become NULL. Returns `status`, or when that is no error PD_ERR_INTERNAL: they are not

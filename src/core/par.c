@@ -82,6 +82,31 @@ static double pdi_par_block_dot_single(const float *x, const double *y, int64_t 
     return total;
 }
 
+/* The same with x as integers times the scales of their blocks. */
+static double pdi_par_block_dot_integer(const int16_t *x, const float *scale, const double *y, int64_t n)
+{
+    double s[PDI_PAR_CHAINS], total = 0.0;
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] = 0.0;
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        double part[PDI_PAR_CHAINS], factor = (double)scale[lo / PDI_PAR_SCALED];
+        int64_t i = lo, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] = 0.0;
+        for (; i + PDI_PAR_CHAINS <= hi; i += PDI_PAR_CHAINS)
+            for (int c = 0; c < PDI_PAR_CHAINS; c++) part[c] += (double)x[i + c] * y[i + c];
+        for (int c = 0; i < hi; i++, c++) part[c] += (double)x[i] * y[i];
+        for (int c = 0; c < PDI_PAR_CHAINS; c++) s[c] += factor * part[c];
+    }
+    for (int c = 0; c < PDI_PAR_CHAINS; c++) total += s[c];
+    return total;
+}
+
+static double pdi_par_block_product(const pdi_par_vectors *v, int m, const double *w, int64_t lo, int64_t n)
+{
+    if (v->v[m]) return pdi_par_block_dot(v->v[m] + lo, w + lo, n);
+    if (v->single[m]) return pdi_par_block_dot_single(v->single[m] + lo, w + lo, n);
+    return pdi_par_block_dot_integer(v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo, n);
+}
+
 /* Products of the blocks from `first` on: the share of one thread. */
 static void pdi_par_products(int64_t n, int64_t first, int batch, int count, const pdi_par_vectors *v, const double *w,
                              double (*partial)[PDI_PAR_GROUP])
@@ -90,9 +115,7 @@ static void pdi_par_products(int64_t n, int64_t first, int batch, int count, con
     for (int b = 0; b < batch; b++) {
         int64_t lo = (first + b) * PDI_PAR_BLOCK;
         int64_t len = n - lo < PDI_PAR_BLOCK ? n - lo : PDI_PAR_BLOCK;
-        for (int m = 0; m < count; m++)
-            partial[b][m] = v->v[m] ? pdi_par_block_dot(v->v[m] + lo, w + lo, len)
-                                    : pdi_par_block_dot_single(v->single[m] + lo, w + lo, len);
+        for (int m = 0; m < count; m++) partial[b][m] = pdi_par_block_product(v, m, w, lo, len);
     }
 }
 
@@ -113,6 +136,16 @@ PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_
     pdi_par_end(ctx, &timing);
 }
 
+/* w += a times integers with scales. */
+static void pdi_par_add_integer(int64_t n, double a, const int16_t *x, const float *scale, double *w)
+{
+    for (int64_t lo = 0; lo < n; lo += PDI_PAR_SCALED) {
+        int64_t hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double factor = a * (double)scale[lo / PDI_PAR_SCALED];
+        for (int64_t i = lo; i < hi; i++) w[i] += factor * (double)x[i];
+    }
+}
+
 /* The share of one thread in w += sum a[m] v[m]. */
 static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vectors *v, double *w)
 {
@@ -125,7 +158,9 @@ static void pdi_par_add(int64_t n, int count, const double *a, const pdi_par_vec
             const float *single = v->single[m];
             double factor = a[m];
             for (int64_t i = lo; x && i < hi; i++) w[i] += factor * x[i];
-            for (int64_t i = lo; !x && i < hi; i++) w[i] += factor * (double)single[i];
+            for (int64_t i = lo; single && i < hi; i++) w[i] += factor * (double)single[i];
+            if (v->integer[m])
+                pdi_par_add_integer(hi - lo, factor, v->integer[m] + lo, v->scale[m] + lo / PDI_PAR_SCALED, w + lo);
         }
     }
 }
@@ -137,6 +172,36 @@ PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double 
     int nt = pdi_par_begin(ctx, n, count, 1, &timing);
     PDI_SHARE(nt, pdi_par_add(n, count, a, v, w));
     pdi_par_end(ctx, &timing);
+}
+
+/* The share of one thread. */
+static void pdi_par_round(int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    PDI_FOR
+    for (int64_t block = 0; block < (n + PDI_PAR_SCALED - 1) / PDI_PAR_SCALED; block++) {
+        int64_t lo = block * PDI_PAR_SCALED, hi = n - lo < PDI_PAR_SCALED ? n : lo + PDI_PAR_SCALED;
+        double largest = 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            v[i] *= a;
+            double size = fabs(v[i]);
+            largest = size > largest ? size : largest;
+        }
+        largest /= INT16_MAX;
+        scale[block] = largest > FLT_MIN ? (float)largest : 0.0f;
+        double back = (double)scale[block], unit = back > 0.0 ? 1.0 / back : 0.0;
+        for (int64_t i = lo; i < hi; i++) {
+            double x = v[i] * unit;
+            int32_t q = (int32_t)(x + (x < 0.0 ? -0.5 : 0.5)); /* no more: a scale has 24 bits */
+            integer[i] = (int16_t)q;
+            v[i] = back * (double)q;
+        }
+    }
+}
+
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale)
+{
+    int nt = pdi_par_threads(ctx, n);
+    PDI_SHARE(nt, pdi_par_round(n, a, v, integer, scale));
 }
 
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y)

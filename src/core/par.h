@@ -49,16 +49,22 @@ PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Ordered sum over n elements. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, and w += sum a[m] v[m]: one pass over w each. The vectors v are of
- * double or of single precision; the others are NULL. */
+ * double or of single precision, or integers of 16 bits times the scale of their block; the others are NULL. */
 #define PDI_PAR_GROUP 4
+/* Entries that share a scale. */
+#define PDI_PAR_SCALED 64
 typedef struct pdi_par_vectors {
     const double *v[PDI_PAR_GROUP];
     const float *single[PDI_PAR_GROUP];
+    const int16_t *integer[PDI_PAR_GROUP];
+    const float *scale[PDI_PAR_GROUP]; /* [one for PDI_PAR_SCALED entries], of the integers */
 } pdi_par_vectors;
 PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
                          double *dots);
 PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
                           double *w);
+/* v = a v as integers of 16 bits with scales, the largest of a block INT16_MAX, and v what they stand for. */
+PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x, and y = x, and y = 0. */

@@ -22,11 +22,16 @@
  * a quarter of it longer. */
 #define PDI_STEADY_BEND 1.0
 
+/* Basis vectors that a linear solve starts with room for. */
+#define PDI_STEADY_LEAST 10
+
 /* The last Newton step aims at this share of the tolerance. */
 #define PDI_STEADY_ENOUGH 0.3
 
 /* Share of the divergence left by the potential that takes it off. */
 #define PDI_STEADY_EVEN 1e-10
+/* Basis vectors for that potential. */
+#define PDI_STEADY_EVEN_RESTART 24
 /* Most iterations for that potential: rounding may be more than that share. */
 #define PDI_STEADY_EVEN_MOST 600
 /* Divergence over U/L that is none. */
@@ -66,13 +71,13 @@ static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double mome
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
-/* s->work = M^-1 x, and flow->grad the pressure gradient of it. r: scratch. */
-static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, double *r)
+/* y = M^-1 y, and flow->grad the pressure gradient of it. r: scratch. */
+static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *y = s->work, *dp = y + split;
+    double *dp = y + split;
     pdi_precond precond;
     precond.poisson = &s->mg_p;
     precond.seep = &s->mg_seep;
@@ -80,7 +85,7 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
     precond.convected = flow->grad;
-    pdi_par_copy(ctx, split + total, x, r);
+    pdi_par_copy(ctx, split + total, y, r);
     pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
     pdi_precond_solve(ctx, flow, &precond, r + split, y, dp);
     pdi_ghosts_pressure(ghosts, 0.0, dp);
@@ -90,13 +95,12 @@ static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, const double *x, 
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, y + d * total);
 }
 
-/* y = scaled J (du, dp) of s->work, whose pressure gradient is in flow->grad:
+/* y = scaled J (du, dp), whose pressure gradient is in flow->grad, and whose ghosts are filled:
  * (conv(du, u) + conv(u, du) + G dp - nu lap du, div du - tau ...). */
-static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
+static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    double *du = s->work;
     pdi_jacobian_step step;
     pdi_flow_ghosts(flow, 0, du);
     if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
@@ -115,12 +119,13 @@ static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *y)
     flow->evaluations++;
 }
 
-/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. */
+/* y = J M^-1 x: preconditioned from the right, so that both share the pressure gradient. x becomes M^-1 x. */
 static void pdi_steady_apply(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    pdi_steady_precondition(u->ctx, u->steady, x, y);
-    pdi_steady_jacobian(u->ctx, u->steady, y);
+    double *step = (double *)x; /* the solver is lean */
+    pdi_steady_precondition(u->ctx, u->steady, step, y);
+    pdi_steady_jacobian(u->ctx, u->steady, step, y);
 }
 
 /* The coefficients of one multigrid after the other pass through `compact`. */
@@ -260,7 +265,6 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, steady, work, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_work_list(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
@@ -271,7 +275,7 @@ static void pdi_steady_work_list(pdi_owner *owner, void *object)
 
 PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
-static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = pdi_steady_size(s->flow);
@@ -279,8 +283,24 @@ static void pdi_steady_krylov(const pd_steady *s, pd_krylov_desc *kd)
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->arena = pdi_steady_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->zero_guess = kd->compressed = 1;
+    kd->least = PDI_STEADY_LEAST;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
+}
+
+static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->n = s->flow->grid->total;
+    kd->spans = &s->flow->bonds->spans;
+    kd->components = 1;
+    kd->restart = PDI_STEADY_EVEN_RESTART;
+    kd->max_iterations = PDI_STEADY_EVEN_MOST;
+    kd->rtol = PDI_STEADY_EVEN;
+    kd->zero_guess = kd->lean = 1;
+    kd->compressed = PD_KRYLOV_SINGLE;
 }
 
 static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
@@ -298,20 +318,26 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_krylov(s, &kd);
     pdi_steady_multigrid(s, &md);
     pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    md.guest = 1;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
     md.symmetric = 1;
+    md.guest = 0;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
     PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
     if (s->timed) PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_d));
     s->jacobian.flow = s->flow;
-    return pdi_krylov_plan(ctx, &kd, &s->krylov);
+    PDI_TRY(pdi_krylov_plan(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    return pdi_krylov_plan(ctx, &kd, &s->even);
 }
 
 PDI_FN size_t pdi_steady_room(pd_steady *s)
 {
     size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
                    pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
-    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov);
+    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov), even = pdi_arena_bytes(pdi_krylov_list, &s->even);
+    if (linear < even) linear = even;
     return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
 }
 
@@ -331,6 +357,8 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_krylov(s, &kd);
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
+    pdi_steady_even_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->even));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
@@ -347,11 +375,16 @@ PDI_COLD_END
 PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_multigrid_desc md;
+    pd_krylov_desc kd;
     if (s->timed) return PD_OK;
     pdi_steady_multigrid(s, &md);
     md.symmetric = 1;
+    md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_build(ctx, &md, &s->mg_d));
     s->timed = 1;
+    pdi_steady_krylov(s, &kd);
+    pdi_krylov_free(ctx, &s->krylov);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
     return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
 }
 
@@ -373,7 +406,8 @@ PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
     if (!s->held) {
         PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
-        for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_open(mg[k]);
+        s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
+        for (int k = 0, count = pdi_steady_multigrids(s, mg); k < count; k++) pdi_multigrid_open(mg[k]);
     }
     s->held++;
     return PD_OK;
@@ -399,21 +433,23 @@ PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
     s->worst = pdi_steady_find_worst(s);
     for (int k = pdi_steady_multigrids(s, mg) - 1; k >= 0; k--) pdi_multigrid_close(mg[k]);
     if (s->flow->order != 4) s->advecting = NULL;
+    s->mg_u.fields = NULL;
     if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
     return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
 }
 
-/* A linear system with the right-hand side s->residual, into s->step. */
-static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_apply_fn apply, pd_apply_fn precond,
-                                   pd_krylov_result *linear)
+/* A linear system with the right-hand side s->residual, into s->step, both from component `first` on. */
+static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
+                                   pd_apply_fn precond, pd_krylov_result *linear)
 {
+    int64_t at = (int64_t)first * s->flow->grid->total;
     pd_arena *arena = pdi_steady_arena(s);
     pdi_steady_user user;
     user.ctx = ctx;
     user.steady = s;
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &s->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &s->krylov, apply, precond, &user, s->residual, s->step, linear);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &s->krylov, status);
+    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, krylov));
+    pd_status status = pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->step + at, linear);
+    return pdi_arena_return(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
 /* One linearised step with the term `shift` of pseudo time, for which the preconditioner is set up, about the state
@@ -424,9 +460,8 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
     pd_krylov_result linear;
     pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_steady_linear(ctx, s, pdi_steady_apply, NULL, &linear));
+    PDI_TRY(pdi_steady_linear(ctx, s, &s->krylov, 0, pdi_steady_apply, NULL, &linear));
     pdi_steady_precondition(ctx, s, s->step, s->residual);
-    pdi_par_copy(ctx, pdi_steady_size(s->flow), s->work, s->step);
     pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
@@ -437,25 +472,19 @@ static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd
 
 /* ---- what is left of the divergence ---- */
 
-/* y = lap q, both in the places of the pressure. Ports hold zero. */
+/* y = lap x. Ports hold zero. x gets its ghosts. */
 static void pdi_steady_laplacian(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
     const pd_flow *flow = u->steady->flow;
-    int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    double *q = u->steady->work;
-    pdi_par_copy(u->ctx, flow->grid->total, x + split, q);
-    pd_ghosts_scalar(&flow->bonds->ghosts, q);
-    pdi_par_zero(u->ctx, split, y);
-    pd_op_laplacian(u->ctx, flow->bonds, q, y + split);
+    pd_ghosts_scalar(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
+    pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
 static void pdi_steady_poisson(void *user, const double *x, double *y)
 {
     pdi_steady_user *u = (pdi_steady_user *)user;
-    int64_t split = (int64_t)PD_DIM * u->steady->flow->grid->total;
-    pdi_par_zero(u->ctx, split, y);
-    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x + split, y + split);
+    pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
 /* The largest volume of a node [m^d]. */
@@ -472,25 +501,17 @@ static double pdi_steady_volume(const pd_flow *flow)
 static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
-    pd_krylov *k = &s->krylov;
+    pd_krylov *k = &s->even;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
-    int most = k->desc.max_iterations;
-    pdi_par_zero(ctx, split, s->residual);
     pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
     pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
     PDI_TRY(pdi_steady_setup(ctx, s, s->shift));
-    k->desc.rtol = PDI_STEADY_EVEN;
     k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
-    k->desc.max_iterations = PDI_STEADY_EVEN_MOST;
-    k->desc.fixed = 1;
-    pd_status status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, pdi_steady_poisson, &linear);
+    pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0) status = pdi_steady_linear(ctx, s, pdi_steady_laplacian, NULL, &linear);
-    k->desc.max_iterations = most;
-    k->desc.fixed = 0;
-    k->desc.atol = 0.0;
+    if (status > 0) status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, NULL, &linear);
     if (status < 0) return status;
     pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
     s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
@@ -672,6 +693,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_multigrid_free(ctx, &s->mg_seep);
     pdi_multigrid_free(ctx, &s->mg_d);
     pdi_krylov_free(ctx, &s->krylov);
+    pdi_krylov_free(ctx, &s->even);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_owner_free(ctx, pdi_steady_list, s);
     pd_arena_free(ctx, &s->own);

@@ -30,10 +30,11 @@ typedef struct pd_steady {
     pd_multigrid mg_u, mg_p, mg_seep;   /* lent */
     pd_multigrid mg_d;                  /* of short steps in time, see precond.h; lent */
     int timed, damped;                  /* it is built; it is in use */
-    pd_krylov krylov;
+    pd_krylov krylov;                   /* of Newton's steps */
+    pd_krylov even;                     /* of the potential */
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled; lent */
-    double *step, *work;                /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
+    double *step;                       /* [PD_DIM+1][total] [m/s], last row [m2/s2]; lent */
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
     double *potential;                  /* [total] [m2/s] of the flow, after a solve */

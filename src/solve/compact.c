@@ -38,6 +38,9 @@ PDI_FN void pdi_compact_plan(const pd_grid *grid, int with_flux, pd_compact *c)
     c->with_flux = with_flux;
 }
 
+/* Ratio of spacings from which on a lattice is stretched. */
+#define PDI_COMPACT_STRETCHED 4.0
+
 /* Diffusivity that stays on a face beside the compact upwinding, which adds |flux| h^2/2 itself. */
 static double pdi_compact_spread(const pd_grid *grid, const pdi_compact_convection *v, double diffusivity, int32_t node,
                                  int32_t other, int d)
@@ -130,6 +133,16 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
             if (fluid) pdi_compact_fill_cell(c, cell, node, diffusivity, media, convection, faces);
         }
     }
+}
+
+PDI_FN int pdi_compact_stretched(const double *h)
+{
+    double least = h[0], most = h[0];
+    for (int d = 1; d < PD_DIM; d++) {
+        least = fmin(least, h[d]);
+        most = fmax(most, h[d]);
+    }
+    return most > PDI_COMPACT_STRETCHED * least;
 }
 
 PDI_FN int pdi_compact_contrast(const int *n, const double *h)

@@ -50,6 +50,8 @@ PDI_FN void pdi_compact_fill(const pd_ctx *ctx, double diffusivity, const pd_med
  * so its Laplacian goes with eps over the square of the least spacing. It may exceed the Laplacian of the field itself,
  * which may change over the whole box. */
 PDI_FN int pdi_compact_contrast(const int *n, const double *h);
+/* 1: spacings differ so much that the rounding of a cycle shows at a few digits already. */
+PDI_FN int pdi_compact_stretched(const double *h);
 /* What a multigrid has to know of the box: all of the desc but `symmetric`, which becomes 0. */
 PDI_FN void pdi_compact_multigrid(const pd_grid *grid, pd_multigrid_desc *desc);
 /* What 1/(Laplacian) of a wide family exceeds that of the compact one by in short waves, on average [m2]: a wide family

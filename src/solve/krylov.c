@@ -1,6 +1,7 @@
 /* krylov: see krylov.h */
 #include "solve/krylov.h"
 #include "core/par.h"
+#include "solve/hessenberg.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -9,8 +10,6 @@
 #define PDI_KRYLOV_PROGRESS 0.999
 /* Orthogonalise again when the norm fell below this share (Daniel, Gragg, Kaufman and Stewart 1976). */
 #define PDI_KRYLOV_CANCEL 0.1
-/* Smaller pivots of the Hessenberg matrix, relative to the largest, are rounding of a singular one. */
-#define PDI_KRYLOV_PIVOT 1e-13
 /* Stiffness p.Ap over p.Dp that is rounding: a few digits of the last place for the bonds of a row. */
 #define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
 
@@ -27,30 +26,62 @@ typedef struct pdi_krylov_run {
     pd_krylov_result *result;
 } pdi_krylov_run;
 
-/* Column j of the Hessenberg matrix, j + 2 entries long, begins behind the columns before it. */
-static int64_t pdi_krylov_column(int64_t j) { return j * (j + 3) / 2; }
-
 /* The matrix lies behind the rotations, the right-hand side and the coefficients, so that it can grow. */
 static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
-    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_krylov_column(columns) : 0;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
 }
+
+/* Vectors of the basis that an iterate of double precision takes the place of. */
+static int pdi_krylov_iterate(const pd_krylov_desc *desc)
+{
+    return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+}
+
+/* Entries of single precision that hold integers, and their scales: an even number of each. */
+static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
+static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
 
 PDI_COLD_BEGIN
 PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    int64_t basis = krylov->length * krylov->basis_vectors;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (basis && krylov->desc.compressed) PDI_RAW(owner, krylov, single, basis, "1");
-    if (basis && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, basis, "1");
+    if (krylov->built && krylov->desc.compressed) PDI_RAW(owner, krylov, single, krylov->built, "1");
+    if (krylov->built && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, krylov->built, "1");
 }
 
 static void pdi_krylov_small_list(pdi_owner *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
+}
+
+/* Columns that the basis grows by, from those that it was built with. */
+static int pdi_krylov_step(const pd_krylov *krylov)
+{
+    int more = krylov->desc.most - krylov->base;
+    return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
+}
+
+/* Strides and sizes for the form in desc. */
+static void pdi_krylov_lay(pd_krylov *krylov)
+{
+    const pd_krylov_desc *d = &krylov->desc;
+    int64_t length = krylov->length;
+    krylov->stride = length;
+    if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
+    if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
+    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    krylov->base = (int)(columns < d->most ? columns : d->most);
+    krylov->grow = pdi_krylov_step(krylov);
+}
+
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible)
+{
+    krylov->desc.flexible = flexible;
+    pdi_krylov_lay(krylov);
 }
 
 PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
@@ -67,9 +98,13 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
     krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
-    if (d->restart < 1 || d->restart > 1000)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30)", d->restart);
-    krylov->grow = (d->most - d->restart + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE;
+    if (d->restart < 1 || d->restart > 1000 || d->least < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d",
+                        d->restart, d->least);
+    if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
+    krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
+    if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -79,9 +114,10 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = 2;
-        krylov->basis_vectors = d->flexible ? 2 * d->restart + 1 : d->restart + 1;
-        krylov->columns = d->restart;
+        krylov->vectors = d->lean ? 1 : 2;
+        krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
+        pdi_krylov_lay(krylov);
+        krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -112,7 +148,7 @@ PDI_COLD_END
 /* Entries of one chunk of what has grown: `grow` vectors, and as many preconditioned ones. */
 static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
 {
-    return krylov->length * krylov->grow * (krylov->desc.flexible ? 2 : 1);
+    return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry(const pd_krylov *krylov)
@@ -131,11 +167,10 @@ static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
 
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 {
-    const pd_krylov_desc *d = &krylov->desc;
-    if (!krylov->chunks) return;
+    if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
         pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (pdi_krylov_resize(ctx, krylov, d->restart) == PD_OK) return;
+    if (pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -143,25 +178,62 @@ PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
 /* Columns of the basis as it is now. */
 static int pdi_krylov_room(const pd_krylov *krylov)
 {
-    return krylov->desc.restart + krylov->chunks * krylov->grow;
+    int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    if (columns > krylov->columns) columns = krylov->columns;
+    return columns < krylov->desc.most ? columns : krylov->desc.most;
+}
+
+/* The chunk behind those that there are. */
+static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
+{
+    pd_krylov *krylov = (pd_krylov *)object;
+    pdi_owner_add(owner, PDI_OWNED_RAW, "krylov.more", "1", pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
+                  &krylov->more[krylov->chunks]);
+}
+
+/* Room for one more chunk: of the arena, or else a new one. */
+static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
+{
+    pd_arena *arena = krylov->desc.arena;
+    krylov->lent[krylov->chunks] = arena && pdi_arena_has(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->lent[krylov->chunks]) return pdi_arena_lend(ctx, arena, pdi_krylov_chunk_list, krylov);
+    return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
 /* Room for more basis vectors; 0: there is none. */
 static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = pdi_krylov_room(krylov) + krylov->grow;
-    if (columns > krylov->desc.most || !krylov->grow) return 0;
-    pd_status status = pdi_alloc(ctx, "krylov", (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
-                                 &krylov->more[krylov->chunks]);
-    if (status == PD_OK && krylov->columns < columns) status = pdi_krylov_resize(ctx, krylov, columns);
+    int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
+    int chunk = krylov->columns >= columns;                     /* the matrix has room for what there is */
+    if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
+    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
+    if (chunk) columns += krylov->grow;
+    pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
+    if (status == PD_OK && chunk) status = pdi_krylov_take(ctx, krylov);
     if (status == PD_OK) {
-        krylov->chunks++;
+        krylov->chunks += chunk;
         return 1;
     }
-    pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[krylov->chunks]);
     ctx->status = PD_OK; /* it goes on with what it has */
     ctx->message[0] = '\0';
     return 0;
+}
+
+/* The arena takes back what it has lent to the basis; what was allocated moves up for the next solve. */
+static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
+{
+    int kept = 0, chunks = krylov->chunks;
+    while (krylov->chunks--)
+        if (krylov->lent[krylov->chunks])
+            status = pdi_arena_return(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
+    for (int k = 0; k < chunks; k++) {
+        void *chunk = krylov->more[k];
+        krylov->more[k] = NULL;
+        if (krylov->lent[k]) krylov->lent[k] = 0;
+        else krylov->more[kept++] = chunk;
+    }
+    krylov->chunks = kept;
+    return status;
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
@@ -183,13 +255,13 @@ static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
 /* Where vector i of the basis stands in its chunk: the first of those that have grown is 0, -1 is what was built. */
 static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 {
-    int restart = k->desc.restart, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
+    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
     int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
-    *chunk = at < restart ? -1 : grow ? (at - restart) / grow : k->chunks;
+    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->length * (flexible ? restart + 1 + at : i);
-    return k->length * ((at - restart) % grow + (flexible ? grow : 0));
+    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->shift + i);
+    return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
 /* Vector i of the basis, in the precision that it is kept in; NULL: there is none. */
@@ -213,9 +285,13 @@ static float *pdi_krylov_single(const pd_krylov *k, int i)
 static pdi_par_vectors pdi_krylov_basis(const pdi_krylov_run *run, int first)
 {
     pdi_par_vectors v;
+    int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
+        float *single = pdi_krylov_single(run->k, first + m);
         v.v[m] = pdi_krylov_double(run->k, first + m);
-        v.single[m] = pdi_krylov_single(run->k, first + m);
+        v.single[m] = integers ? NULL : single;
+        v.integer[m] = integers ? (const int16_t *)(const void *)single : NULL;
+        v.scale[m] = integers && single ? single + pdi_krylov_integers(run->k->length) : NULL;
     }
     return v;
 }
@@ -310,7 +386,8 @@ static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, d
 /* What was `room` becomes a vector that callbacks write to: zero where they do not. */
 static void pdi_krylov_clear(const pdi_krylov_run *run, double *room)
 {
-    if (run->k->desc.spans) pdi_par_zero(run->ctx, run->k->length, room);
+    const pd_krylov_desc *d = &run->k->desc;
+    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, room);
 }
 
 /* v = a v, kept in one of both: the share of one thread. */
@@ -324,10 +401,15 @@ static void pdi_krylov_store(int64_t n, double a, double *v, double *basis, floa
     }
 }
 
-/* v = a v, kept as vector i of the basis. v loses what single precision does: A Z = V H holds for what is kept. */
+/* v = a v, kept as vector i of the basis. v loses what its precision does: A Z = V H holds for what is kept. */
 static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
+    if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
+        float *single = pdi_krylov_single(run->k, i);
+        pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
+        return;
+    }
     int nt = pdi_par_threads(run->ctx, n);
     PDI_SHARE(nt, pdi_krylov_store(n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i)));
 }
@@ -370,37 +452,6 @@ static double pdi_krylov_arnoldi(const pdi_krylov_run *run, int j, double *w, do
     }
     h[j + 1] = norm;
     return before;
-}
-
-/* Rotate column j of H to upper triangular form. */
-static void pdi_krylov_rotate(int j, double *h, double *cs, double *sn, double *g)
-{
-    for (int i = 0; i < j; i++) {
-        /* two sums: a sum beside a difference gcc 12 fuses even with -ffp-contract=off */
-        double t = cs[i] * h[i] + sn[i] * h[i + 1], back = -sn[i];
-        h[i + 1] = cs[i] * h[i + 1] + back * h[i];
-        h[i] = t;
-    }
-    double radius = sqrt(h[j] * h[j] + h[j + 1] * h[j + 1]); /* not hypot, whose last bit C libraries differ in */
-    cs[j] = radius > 0.0 ? h[j] / radius : 1.0;
-    sn[j] = radius > 0.0 ? h[j + 1] / radius : 0.0;
-    h[j] = radius;
-    h[j + 1] = 0.0;
-    g[j + 1] = -sn[j] * g[j];
-    g[j] *= cs[j];
-}
-
-/* Back substitution. A singular operator leaves a pivot of rounding size; its direction is left out. */
-static void pdi_krylov_back(int count, const double *hess, const double *g, double *y)
-{
-    double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = fmax(largest, fabs(hess[pdi_krylov_column(j) + j]));
-    for (int i = count - 1; i >= 0; i--) {
-        double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[pdi_krylov_column(j) + i] * y[j];
-        double pivot = hess[pdi_krylov_column(i) + i];
-        y[i] = fabs(pivot) > PDI_KRYLOV_PIVOT * largest ? sum / pivot : 0.0;
-    }
 }
 
 /* Power of two that brings the largest entry of the first preconditioned vector near 1: units of x may leave the range
@@ -457,7 +508,7 @@ static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double 
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
-/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate. */
+/* The correction of `count` columns into v, and the x before into w; x becomes the next iterate (lean: v alone). */
 static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
 {
     int first = flexible ? pdi_krylov_flexible(run->k) : 0;
@@ -468,12 +519,14 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
         pdi_krylov_swap(run);
     }
     if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    if (run->k->desc.lean) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
     return PD_OK;
 }
 
-/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before. */
+/* One cycle from the residual in v (norm beta). The correction is added to x; w keeps the x before (lean: it is left in
+ * v). */
 static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
@@ -488,10 +541,11 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         int j = count;
         if (d->fixed && j == d->restart) break;
         if (j == pdi_krylov_room(run->k)) {
-            if (!pdi_krylov_grow(run->ctx, run->k)) break;
-            s = pdi_krylov_look(run->k);
+            int grown = pdi_krylov_grow(run->ctx, run->k);
+            s = pdi_krylov_look(run->k); /* it may have moved even so */
+            if (!grown) break;
         }
-        double *h = s.hess + pdi_krylov_column(j);
+        double *h = s.hess + pdi_hessenberg_column(j);
         PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
         packed = pdi_krylov_next(run, j, flexible, &unit);
         double before = pdi_krylov_arnoldi(run, j, packed, h);
@@ -500,15 +554,62 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
         run->result->iterations++;
         count++;
         double next = h[j + 1];
-        pdi_krylov_rotate(j, h, s.cs, s.sn, s.g);
+        pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
         pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
         pdi_krylov_clear(run, run->w);
     }
-    pdi_krylov_back(count, s.hess, s.g, s.y);
+    pdi_hessenberg_back(count, s.hess, s.g, s.y);
     return pdi_krylov_correct(run, flexible, count, s.y);
+}
+
+/* ---- lean: iterates live in the basis between the cycles ---- */
+
+/* Place of an iterate: 0 is that of the best one, in front of the basis; 1 that of the next one, within the basis. */
+static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
+{
+    const pd_krylov *k = run->k;
+    double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
+    return front + which * (k->desc.compressed ? pdi_krylov_iterate(&k->desc) * k->stride / 2 : k->length);
+}
+
+static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
+{
+    if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
+    else pdi_par_copy(run->ctx, run->k->length, packed, full);
+}
+
+/* The next iterate from the correction in v, and its residual into v; returns the norm. */
+static double pdi_krylov_next_residual(pdi_krylov_run *run)
+{
+    double *next = pdi_krylov_packed(run, 1);
+    if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
+    else pdi_par_copy(run->ctx, run->k->length, run->v, next);
+    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
+    pdi_krylov_whole(run, next, run->v);
+    pdi_krylov_clear(run, run->w);
+    pdi_krylov_apply(run, run->v, run->w);
+    pdi_krylov_scale_add(run, -1.0, run->w, run->b);
+    pdi_krylov_swap(run);
+    pdi_krylov_clear(run, run->w);
+    return sqrt(pdi_krylov_dot(run, run->v, run->v));
+}
+
+/* It is the best one. */
+static void pdi_krylov_accept(const pdi_krylov_run *run)
+{
+    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
+    run->k->shift = pdi_krylov_iterate(&run->k->desc);
+}
+
+/* x becomes the best one, and the basis is as it was. */
+static void pdi_krylov_leave(const pdi_krylov_run *run)
+{
+    if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
+    else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
+    run->k->shift = 0;
 }
 
 static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
@@ -517,14 +618,15 @@ static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = pdi_krylov_residual(run, run->v);
+        double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a preconditioner that is not linear: the iterate before was better */
-            pdi_krylov_copy(run, run->w, run->x);
+            if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
             return pdi_krylov_stopped(run, "stagnation");
         }
         run->result->residual = fresh;
+        if (d->lean) pdi_krylov_accept(run);
         if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
         norm = fresh;
     }
@@ -679,8 +781,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
-    run.v = pdi_krylov_vector(&run, 0);
-    run.w = pdi_krylov_vector(&run, 1);
+    run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
     pdi_krylov_clear(&run, run.v); /* the last solve may have ended with room in them */
     pdi_krylov_clear(&run, run.w);
     PDI_TRY(pdi_krylov_start(&run, &norm));
@@ -690,6 +792,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
+    if (krylov->desc.lean) pdi_krylov_leave(&run);
     run.result->converged = status == PD_OK;
-    return status;
+    return pdi_krylov_return(ctx, krylov, status);
 }

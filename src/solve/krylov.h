@@ -16,9 +16,15 @@ typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 #define PD_KRYLOV_MORE 64
 
 typedef enum pd_krylov_method {
-    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3) */
+    PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
     PD_KRYLOV_CG = 1     /* symmetric positive (semi-)definite operator and preconditioner; 5 vectors */
 } pd_krylov_method;
+
+typedef enum pd_krylov_precision {
+    PD_KRYLOV_DOUBLE = 0,
+    PD_KRYLOV_SINGLE = 1,
+    PD_KRYLOV_INTEGER = 2 /* 16 bits times a scale that 64 entries share */
+} pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
     pd_krylov_method method;
@@ -29,19 +35,26 @@ typedef struct pd_krylov_desc {
                             * are zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;
     int restart;        /* [-] GMRES: basis vectors; 0: 30 */
+    int least;          /* [-] GMRES: basis vectors that there is room for at the start of a solve, which takes more of
+                         * them as it needs them; 0: restart */
     int most;           /* [-] GMRES: it takes memory for up to so many of them, a few at a time, before it restarts; 0:
                          * restart. Where memory is refused it restarts */
+    pd_arena *arena;    /* GMRES: lends what the basis grows by for the rest of a solve, as far as it has room.
+                         * Borrowed; NULL: all is allocated */
     int fixed;          /* 1: GMRES restarts at `restart` whatever `most` is */
     int flexible;       /* 1: GMRES keeps the preconditioned basis. Needed when the preconditioner is not linear to
                          * rounding in double precision, as a multigrid cycle in single precision on a stiff operator */
-    int compressed;     /* 1: GMRES keeps its basis in single precision: half the memory. Residuals stay double, a cycle
-                         * gains up to six digits (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022) */
+    pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a cycle gains up to six digits in
+                         * single precision (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022), up to three as
+                         * integers */
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
     const double *diagonal; /* [n] [unit of b over that of x] CG: of A, about. A direction whose stiffness is rounding
                          * beside it has none. Borrowed; NULL: only negative ones are seen */
     int zero_guess;     /* 1: the x passed in is ignored and taken as 0, which saves one application */
+    int lean;           /* 1: GMRES with zero_guess, not flexible: x is the other work vector until the solve ends, and
+                         * callbacks may leave anything in the vector that they are given, const in name alone */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -50,14 +63,19 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a vector of the basis */
+    int base;            /* GMRES: columns that the basis has room for before it grows, in its form of now */
+    int shift;           /* GMRES, lean: vectors in front of the basis that an iterate takes; 0: none does yet */
     int basis_vectors;
+    int64_t stride;      /* entries of double or single precision from one vector of the basis to the next */
+    int64_t built;       /* of the basis without what has grown */
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) the preconditioned one; or NULL */
-    float *single;       /* the same when compressed */
+    float *single;       /* the same when compressed; integers, and then their scales, stand in it, too */
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int grow;            /* GMRES: vectors that the basis grows by, as few as `more` has room for; 0: it does not */
-    int columns;         /* GMRES: that the Hessenberg matrix has room for */
+    int columns, few;    /* GMRES: that the Hessenberg matrix has room for, and had when it was built */
     void *more[PD_KRYLOV_MORE]; /* GMRES: what has grown, `grow` vectors each as in the basis (flexible: twice) */
     int chunks;          /* of them */
+    int lent[PD_KRYLOV_MORE]; /* 1: by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {
@@ -85,8 +103,10 @@ PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* The least norm [unit of b] that has digits: squares below the least normal number over its rounding have none. A
  * residual below it counts as zero. */
 PDI_FN double pdi_krylov_least(void);
-/* Give back what has grown. */
+/* Give back what has grown and was allocated; the arena has the rest back from the end of each solve on. */
 PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+/* GMRES that was built flexible, and has not grown: switch that off, which leaves room for twice the columns, or on. */
+PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user goes to all callbacks.
  * x: guess in, solution out; result may be NULL. Allocates nothing but what `most` lets it.
  * PD_NOT_CONVERGED: iteration limit or stagnation; x is the best iterate seen. PD_ERR_DIVERGED: NaN or infinity came

@@ -24,11 +24,15 @@
 
 /* ---- memory ---- */
 
-/* Floats of level 0: x and the coefficients with their pads, b, r, inv, excess. */
+/* Floats of level 0: the coefficients with their pads, inv, excess; and x with its pads, b, r. */
 static size_t pdi_multigrid_store(const pd_multigrid *mg)
 {
-    size_t padded = 1 + (mg->desc.symmetric ? PD_DIM : 2 * PD_DIM), cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + pdi_coarsen_values(mg->desc.contrast) * cells;
+    size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
+}
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
+{
+    return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
 /* Doubles of level 0: sum with its pads. */
@@ -45,6 +49,7 @@ PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
     PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
+    if (!mg->desc.host && !mg->desc.guest) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
     if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
@@ -89,6 +94,7 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     for (int d = 0; d < PD_DIM; d++)
         fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
+    if (desc->host) desc->host->hosts = 1;
     return PD_OK;
 }
 
@@ -107,16 +113,18 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
-    fine->x = next;
-    for (int d = 0; d < PD_DIM; d++) fine->hi[d] = next += length;
-    for (int d = 0; d < PD_DIM; d++)
-        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : (next += length);
+    for (int d = 0; d < PD_DIM; d++, next += length) fine->hi[d] = next;
+    for (int d = 0; d < PD_DIM; d++) {
+        fine->lo[d] = desc->symmetric ? fine->hi[d] - pdi_smoother_stride(fine->n, d) : next;
+        if (!desc->symmetric) next += length;
+    }
+    fine->x = (desc->host ? desc->host->fields : mg->fields) + mg->pad;
     pdi_multigrid_blank(mg, fine->x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
     for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
-    fine->b = next + cells + mg->pad;
+    fine->b = fine->x + cells + mg->pad;
     fine->r = fine->b + cells;
-    fine->inv = fine->r + cells;
+    fine->inv = next - mg->pad;
     if (desc->contrast) {
         fine->excess = fine->inv + cells;
         fine->sum = mg->sums + mg->pad;
@@ -329,6 +337,7 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
     PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
     mg->scale = pdi_multigrid_scale((double)largest);
+    pdi_multigrid_blank(mg, mg->level[0].x, 0);
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
     pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
     pdi_multigrid_rows(&mg->level[0]);
@@ -462,6 +471,23 @@ static double pdi_multigrid_rhs_size(const pd_ctx *ctx, const pd_multigrid *mg, 
     return largest;
 }
 
+/* Zeros where x, b and r of level 0 have none after others have used their memory: the share of one thread. */
+static void pdi_multigrid_wipe(const pd_multigrid *mg)
+{
+    const pd_smoother_level *fine = &mg->level[0];
+    int32_t n0 = fine->n[0], rows = fine->cells / n0;
+    PDI_FOR
+    for (int32_t r = 0; r < rows; r++) {
+        int32_t first = r * n0, begin = fine->begin[r], end = fine->end[r];
+        size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
+        memset(fine->x + first, 0, before * sizeof *fine->x);
+        memset(fine->x + end, 0, behind * sizeof *fine->x);
+        memset(fine->b + first, 0, before * sizeof *fine->b);
+        memset(fine->b + end, 0, behind * sizeof *fine->b);
+        memset(fine->r + first, 0, (size_t)n0 * sizeof *fine->r);
+    }
+}
+
 /* b of level 0 = in rhs: the share of one thread. */
 static void pdi_multigrid_take(const pd_multigrid *mg, const double *rhs, double in)
 {
@@ -494,6 +520,10 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     if (mg->levels == 0) return; /* setup failed or was never called */
     double in = pdi_multigrid_scale(pdi_multigrid_rhs_size(ctx, mg, rhs)), out = mg->scale / in;
     int nt = pdi_par_threads(ctx, mg->level[0].cells);
+    if (mg->desc.host || mg->hosts || mg->desc.guest) {
+        pdi_multigrid_blank(mg, mg->level[0].x, 0);
+        PDI_SHARE(nt, pdi_multigrid_wipe(mg));
+    }
     PDI_SHARE(nt, pdi_multigrid_take(mg, rhs, in));
     for (int l = 0; l < mg->levels - 1; l++) pdi_multigrid_down(ctx, mg, &mg->level[l]);
     const pd_smoother_level *last = &mg->level[mg->levels - 1];

@@ -31,6 +31,10 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: flux will always be NULL: symmetric cycle, less memory; 0: smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude from place to place: corrections of coarser
                              * levels are kept in double precision, which costs a fifth to a half more time */
+    int guest;              /* 1: with an arena: the memory of x, b and r is pdi_multigrid_fields floats of an array
+                             * that is not in use during a setup or a cycle and may hold anything before it */
+    struct pd_multigrid *host; /* of the same box: it has x, b and r of the finest level for both, which never cycle at
+                             * the same time, and is opened first. Borrowed; NULL: they are its own */
     pd_arena *arena;        /* lends the work of a setup, and for the time of a solve the finest level:
                              * pdi_multigrid_list is no part of the build. Borrowed; NULL: the multigrid has all of
                              * its own */
@@ -39,9 +43,11 @@ typedef struct pd_multigrid_desc {
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* 0: not set up */
+    int hosts;      /* 1: another one has this one as its host */
     double scale;   /* [-] power of two: stored coefficient = scale * given one */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: x and coefficients with their pads, b, r, inv and excess */
+    float *store;   /* level 0: coefficients with their pads, inv and excess */
+    float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With desc.guest the owner sets it */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
     int32_t *mark;  /* [cells + 3] counts and marks of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
@@ -72,6 +78,8 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
  * 1995 (constant transfers with rescaled coarse operators). */
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
+/* Floats of x, b and r of the finest level. */
+PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg);
 /* Arrays of the finest level of a pd_multigrid, those of a setup, and a multigrid without any, which can be counted. */
 PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);

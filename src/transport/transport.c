@@ -418,6 +418,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     user.ctx = ctx;
     user.t = t;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
+    pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_poll(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -433,6 +434,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     }
     t->krylov.desc.fixed = 1;
     pdi_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_pair(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
 
@@ -628,8 +630,6 @@ PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
     pd_transport *transport = (pd_transport *)object;
     if (!transport->grid) return;
     int64_t total = transport->grid->total;
-    int images = 0;
-    for (int s = 0; s < 2 * PD_DIM; s++) images = images || transport->grid->side[s] >= PD_SIDE_PERIODIC;
     PDI_STATE(owner, transport, c, total, "mol/m3");
     PDI_STATE(owner, transport, carry, total, "mol/m3");
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
@@ -659,7 +659,7 @@ static void pdi_transport_work_list(pdi_owner *owner, void *object)
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
 }
 
-static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
+static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->n = t->grid->total;
@@ -667,10 +667,11 @@ static void pdi_transport_krylov(const pd_transport *t, pd_krylov_desc *kd)
     kd->components = 1;
     kd->restart = 20;
     kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->arena = pdi_transport_arena(t);
     kd->fixed = 1;
     kd->flexible = 1;
-    kd->compressed = !t->desc.field; /* the level of a good conductor drowns in single precision */
     kd->zero_guess = 1;
+    kd->compressed = t->desc.field ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE; /* in which a good conductor's level drowns */
 }
 
 PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)

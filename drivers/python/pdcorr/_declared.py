@@ -127,6 +127,9 @@ PD_CSR_GRADIENT = 2
 PD_CSR_DIVERGENCE = 3
 PD_KRYLOV_GMRES = 0
 PD_KRYLOV_CG = 1
+PD_KRYLOV_DOUBLE = 0
+PD_KRYLOV_SINGLE = 1
+PD_KRYLOV_INTEGER = 2
 PD_EOS_TAIT = 0
 PD_EOS_LINEAR = 1
 PD_GAS_SECOND = 0
@@ -273,6 +276,7 @@ ENUMS = {
     'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_AT_REST': 2},
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
+    'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INTEGER': 2},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
     'pd_phase': {'PD_PHASE_SOLUTE': 0, 'PD_PHASE_SOLVENT': 1, 'PD_PHASE_SOLID': 2, 'PD_PHASE_GAS': 3, 'PD_PHASE_ELECTRON': 4},
@@ -673,7 +677,9 @@ def declare(dim):
         ('spans', POINTER(pd_spans)),
         ('components', c_int),
         ('restart', c_int),
+        ('least', c_int),
         ('most', c_int),
+        ('arena', POINTER(pd_arena)),
         ('fixed', c_int),
         ('flexible', c_int),
         ('compressed', c_int),
@@ -682,6 +688,7 @@ def declare(dim):
         ('atol', c_double),
         ('diagonal', POINTER(c_double)),
         ('zero_guess', c_int),
+        ('lean', c_int),
     ]
 
     class pd_krylov(Structure):
@@ -691,14 +698,20 @@ def declare(dim):
         ('vectors', c_int),
         ('work', POINTER(c_double)),
         ('length', c_int64),
+        ('base', c_int),
+        ('shift', c_int),
         ('basis_vectors', c_int),
+        ('stride', c_int64),
+        ('built', c_int64),
         ('basis', POINTER(c_double)),
         ('single', POINTER(c_float)),
         ('small', POINTER(c_double)),
         ('grow', c_int),
         ('columns', c_int),
+        ('few', c_int),
         ('more', c_void_p * 64),
         ('chunks', c_int),
+        ('lent', c_int * 64),
     ]
 
     class pd_krylov_result(Structure):
@@ -762,6 +775,8 @@ def declare(dim):
         ('periodic', c_int * dim),
         ('symmetric', c_int),
         ('contrast', c_int),
+        ('guest', c_int),
+        ('host', c_void_p),
         ('arena', POINTER(pd_arena)),
     ]
 
@@ -770,9 +785,11 @@ def declare(dim):
     pd_multigrid._fields_ = [
         ('desc', pd_multigrid_desc),
         ('levels', c_int),
+        ('hosts', c_int),
         ('scale', c_double),
         ('pad', c_int32),
         ('store', POINTER(c_float)),
+        ('fields', POINTER(c_float)),
         ('sums', POINTER(c_double)),
         ('mark', POINTER(c_int32)),
         ('level', pd_smoother_level * 40),
@@ -1002,10 +1019,10 @@ def declare(dim):
         ('timed', c_int),
         ('damped', c_int),
         ('krylov', pd_krylov),
+        ('even', pd_krylov),
         ('jacobian', pd_jacobian),
         ('residual', POINTER(c_double)),
         ('step', POINTER(c_double)),
-        ('work', POINTER(c_double)),
         ('advecting', POINTER(c_double)),
         ('potential', POINTER(c_double)),
         ('worst', c_int32),
