@@ -14,7 +14,8 @@
  * around a pocket of electrolyte carry current one way only. */
 PD_API pd_status pd_potential_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
                                     const pd_potential_desc *desc, pd_potential *potential);
-/* After pd_bonds_update, and after another conductivity in desc.field or desc.conductivity. phi and E stay. */
+/* After pd_bonds_update, and after another conductivity in desc.field or desc.conductivity. phi and E stay. What has
+ * failed may only be freed. Errors are those of the build. */
 PD_API pd_status pd_potential_update(pd_ctx *ctx, pd_potential *potential);
 /* Circuits and held potentials of desc may have changed since the last one in value, not in kind.
  * PD_ERR_STATE: there is no solution: given currents do not add up to zero, or are beyond what curves can carry.
