@@ -146,6 +146,7 @@
  *   potential/
  *     electrode  current density of a metal surface as a function of its overpotential: a sum of reactions, each of them
  *     contact    where metal meets the electrolyte: the area of each electrode that a fluid node has, and its distance.
+ *     pieces     metal that hangs together: each piece has one potential, each metal of a piece is an electrode.
  *     potential  the electric potential of an electrolyte around metals (secondary current distribution).
  *     circuit    what hangs together electrically: pockets of electrolyte, circuits of metal, given potentials.
  *     balance    what the rows of electrolyte and circuits lack, and the search along a step.
@@ -6620,6 +6621,30 @@ PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts);
 
 #endif
 
+/* ======== >>potential/pieces.h ======== */
+/* pieces: metal that hangs together: each piece has one potential, each metal of a piece is an electrode.
+ *
+ * Solid nodes that share a face conduct to each other, also through periodic sides. So metals in contact form a
+ * galvanic couple, and particles that do not touch are circuits of their own.
+ */
+#ifndef PD_PIECES_H
+#define PD_PIECES_H
+
+typedef struct pd_pieces {
+    int electrodes, circuits;
+    int material[PD_ELECTRODES]; /* [electrodes] */
+    int member[PD_ELECTRODES];   /* [electrodes] piece of each of them, a circuit: as pd_potential_desc wants it */
+} pd_pieces;
+
+#define pd_pieces_find PD_NAME(pd_pieces_find)
+
+/* material [total]: index of the metal of solid nodes; NULL: 0. electrode [total]: for solid nodes, out. Pieces, and
+ * the electrodes of a piece, are in the order of their first nodes. PD_ERR_SIZE: more than PD_ELECTRODES of them. */
+PD_API pd_status pd_pieces_find(pd_ctx *ctx, const pd_grid *grid, const uint8_t *material, uint8_t *electrode,
+                                pd_pieces *pieces);
+
+#endif
+
 /* ======== >>potential/potential.h ======== */
 /* potential: the electric potential of an electrolyte around metals (secondary current distribution).
  *
@@ -6812,7 +6837,8 @@ PDI_FN void pdi_balance_totals(pd_potential *potential, pd_potential_result *res
  * around a pocket of electrolyte carry current one way only. */
 PD_API pd_status pd_potential_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
                                     const pd_potential_desc *desc, pd_potential *potential);
-/* After pd_bonds_update, and after another conductivity in desc.field or desc.conductivity. phi and E stay. */
+/* After pd_bonds_update, and after another conductivity in desc.field or desc.conductivity. phi and E stay. What has
+ * failed may only be freed. Errors are those of the build. */
 PD_API pd_status pd_potential_update(pd_ctx *ctx, pd_potential *potential);
 /* Circuits and held potentials of desc may have changed since the last one in value, not in kind.
  * PD_ERR_STATE: there is no solution: given currents do not add up to zero, or are beyond what curves can carry.
@@ -40316,8 +40342,17 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     contact->way += area * way;
 }
 
-/* Bond k meets the known surface of a smooth shape: its normal, and the distance of the node from the plane there. */
-static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int k, double *normal, double *way)
+/* [m] How much deeper the surface lies than the face of metal j, whose content is part of that of a whole cell. */
+static double pdi_contact_lost(const pdi_contact_walk *w, int32_t j, const double *normal)
+{
+    double thick = 0.0;
+    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = fmax(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
+    return w->metal->left ? thick * (1.0 - w->metal->left[j]) : 0.0;
+}
+
+/* Bond k meets the known surface of a smooth shape on metal j: its normal, and the distance of the node from the plane
+ * there. */
+static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j, int k, double *normal, double *way)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_grid *grid = bonds->grid;
@@ -40330,11 +40365,13 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int k, dou
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    return *way > 0.0;
+    if (!(*way > 0.0)) return 0;
+    *way += pdi_contact_lost(w, j, normal);
+    return 1;
 }
 
 /* The surface before a closed cell on a bond, whose home is metal j: where the cells say it lies, h_N/2 off the last
- * fluid on the way, and deeper by what the cell has lost. `last` [m]: that fluid, from the node. */
+ * fluid on the way. `last` [m]: that fluid, from the node. */
 static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, const double *last, double *normal,
                              double *way)
 {
@@ -40346,7 +40383,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
         thick = fmax(thick, fabs(normal[d]) * h[d]);
         along -= last[d] * normal[d];
     }
-    *way = thick * (1.5 - (w->metal->left ? w->metal->left[j] : 1.0)) + fmax(along, 0.0);
+    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + fmax(along, 0.0);
     return 1;
 }
 
@@ -40373,7 +40410,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
             int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
-            if (pdi_contact_smooth(w, row, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
+            if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
                 pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
         }
         return;
@@ -40424,6 +40461,76 @@ PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts)
 {
     pdi_owner_free(ctx, pdi_contact_list, contacts);
     memset(contacts, 0, sizeof *contacts);
+}
+
+/* ======== >>potential/pieces.c ======== */
+/* pieces: see pieces.h */
+#include <string.h>
+
+/* A walk over one piece after the other. */
+typedef struct pdi_pieces_walk {
+    const pd_grid *grid;
+    int32_t *piece; /* [total] of solid nodes; -1: not yet */
+    int32_t *queue; /* [total] */
+} pdi_pieces_walk;
+
+/* All metal that hangs together with node i. */
+static void pdi_pieces_fill(const pdi_pieces_walk *w, int32_t i, int32_t piece)
+{
+    int32_t count = 1;
+    w->queue[0] = i;
+    w->piece[i] = piece;
+    for (int32_t n = 0; n < count; n++)
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int32_t step = w->grid->stride[side / 2];
+            int32_t at = pdi_grid_image(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
+            if (w->grid->kind[at] != PD_SOLID || w->piece[at] >= 0) continue;
+            w->piece[at] = piece;
+            w->queue[count++] = at;
+        }
+}
+
+/* The electrode of a material of a piece; -1: there are too many. */
+static int pdi_pieces_electrode(pd_pieces *p, int piece, int material)
+{
+    for (int e = 0; e < p->electrodes; e++)
+        if (p->member[e] == piece && p->material[e] == material) return e;
+    if (p->electrodes == PD_ELECTRODES) return -1;
+    p->member[p->electrodes] = piece;
+    p->material[p->electrodes] = material;
+    return p->electrodes++;
+}
+
+static pd_status pdi_pieces_walk_all(pd_ctx *ctx, const pdi_pieces_walk *w, const uint8_t *material, uint8_t *electrode,
+                                     pd_pieces *p)
+{
+    const pd_grid *grid = w->grid;
+    for (int32_t i = 0; i < grid->total; i++) w->piece[i] = -1;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_SOLID || pdi_grid_image(grid, i, NULL) != i) continue;
+        if (w->piece[i] < 0) pdi_pieces_fill(w, i, p->circuits++);
+        int e = pdi_pieces_electrode(p, w->piece[i], material ? material[i] : 0);
+        if (e < 0)
+            return pdi_fail(ctx, PD_ERR_SIZE, "pieces", "the metals of all pieces are more than %d electrodes",
+                            PD_ELECTRODES);
+        electrode[i] = (uint8_t)e;
+    }
+    return PD_OK;
+}
+
+pd_status pd_pieces_find(pd_ctx *ctx, const pd_grid *grid, const uint8_t *material, uint8_t *electrode,
+                         pd_pieces *pieces)
+{
+    pdi_pieces_walk w;
+    memset(pieces, 0, sizeof *pieces);
+    w.grid = grid;
+    w.piece = w.queue = NULL;
+    PDI_TRY(PDI_NEW(ctx, "pieces", grid->total, w.piece));
+    pd_status status = PDI_NEW(ctx, "pieces", grid->total, w.queue);
+    if (status >= 0) status = pdi_pieces_walk_all(ctx, &w, material, electrode, pieces);
+    PDI_DELETE(ctx, grid->total, w.queue);
+    PDI_DELETE(ctx, grid->total, w.piece);
+    return status;
 }
 
 /* ======== >>potential/circuit.c ======== */

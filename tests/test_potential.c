@@ -1,6 +1,7 @@
 /* potential: metals in front of each other, whose currents have closed forms: given potentials and currents, couples,
  * held sides, several circuits; what starts, lengths and references do not change; refusals.
  * dims: 1 2 3 */
+#include "potential/pieces.h"
 #include "potential_cell.h"
 
 /* Current density i between two curves and a gap: E0 - u0(i) - i R = E1 - u1(-i), by halves. */
@@ -253,6 +254,41 @@ TEST(any_reference)
     CHECK_NEAR(metal[1], metal[0] - 7.0, 1e-11);
 }
 
+/* Metal recedes: cells turn fluid, and those behind them have lost a part. The gap is what is left, exactly. */
+TEST(receding)
+{
+    static double left[CELLS];
+    static int32_t turned[64];
+    double h = 1e-4, kappa = 1.3;
+    for (int m = 1; m < 3; m++) {
+        pd_electrode_term a = linear(1e-4, -0.4), b = linear(2e-4, 0.3);
+        int count = 0;
+        plates(m, h, 19, 6.0, 14.0);
+        begin(kappa);
+        electrode(0, &a, 1, 0.0);
+        electrode(1, &b, 1, 0.0);
+        X.member[1] = 0;
+        circuit(0, PD_CIRCUIT_CURRENT, 0.0);
+        for (int32_t i = 0; i < CELLS; i++) left[i] = 0.8;
+        X.desc.left = left;
+        if (!ready(is_right) || !solve()) return;
+        CHECK_REL(X.r.anodic / plate_area(), 0.7 / (3e-4 + 8.4 * h / kappa), 1e-9);
+        for (int32_t i = 0; i < S.grid.total; i++) {
+            double x[PD_DIM];
+            int at[PD_DIM];
+            pd_grid_position(&S.grid, i, x);
+            pdi_grid_index(&S.grid, i, at);
+            if (at[0] == 5 && pdi_grid_inside(&S.grid, at)) turned[count++] = i;
+            if (is_right(x)) left[i] = 1.0;
+        }
+        for (int k = 0; k < count; k++) pdi_grid_dissolve(&S.grid, turned[k]);
+        CHECK_OK(&S.ctx, pd_bonds_update(&S.ctx, turned, count, &S.bonds));
+        if (!CHECK_OK(&S.ctx, pd_potential_update(&S.ctx, &X.p)) || !solve()) return;
+        CHECK_REL(X.r.anodic / plate_area(), 0.7 / (3e-4 + 9.2 * h / kappa), 1e-9);
+        done();
+    }
+}
+
 /* ---- refusals ---- */
 
 static void refuse(pd_status status, const char *says)
@@ -321,6 +357,65 @@ TEST(refusals)
 
 static int by_thirds(const double *x) { return (int)(3.0 * x[0]); }
 
+#if PD_DIM == 2
+/* Two metals that touch, a particle, and one that periodic sides cut in two: three pieces, four electrodes. */
+TEST(pieces)
+{
+    static const double from[4][2] = {{2, 3}, {5, 3}, {9, 9}, {0, 5}}, to[4][2] = {{5, 6}, {7, 5}, {11, 12}, {1, 7}};
+    static uint8_t material[CELLS], electrode[CELLS];
+    pd_pieces p;
+    scene_box(&S, 1.0, 1.0, 16, 14, 1);
+    S.grid_desc.side[0] = S.grid_desc.side[1] = PD_SIDE_PERIODIC;
+    static pd_shape shapes[6];
+    memset(shapes, 0, sizeof shapes);
+    for (int k = 0; k < 4; k++) {
+        scene_solid_box(&shapes[k], from[k], to[k]);
+        shapes[5].child[k] = k;
+    }
+    double far[2] = {14.0, 5.0}, end[2] = {16.0, 7.0};
+    scene_solid_box(&shapes[4], far, end);
+    shapes[5].type = PD_SHAPE_UNION;
+    shapes[5].children = 5;
+    shapes[5].child[4] = 4;
+    S.grid_desc.shapes = shapes;
+    S.grid_desc.solid = &shapes[5];
+    if (!scene_grid(&S)) return;
+    for (int32_t i = 0; i < S.grid.total; i++) {
+        double x[2];
+        pd_grid_position(&S.grid, i, x);
+        material[i] = x[0] > 5.0 && x[0] < 8.0 ? 3 : 1;
+    }
+    CHECK_OK(&S.ctx, pd_pieces_find(&S.ctx, &S.grid, material, electrode, &p));
+    CHECK_INT(p.circuits, 3);
+    CHECK_INT(p.electrodes, 4);
+    int at[5][2] = {{2, 3}, {6, 4}, {10, 10}, {0, 6}, {15, 5}}, found[5];
+    for (int k = 0; k < 5; k++) found[k] = electrode[pd_grid_node(&S.grid, at[k])];
+    for (int k = 0; k < 5; k++) CHECK_INT(p.material[found[k]], k == 1 ? 3 : 1);
+    CHECK_INT(p.member[found[0]], p.member[found[1]]);
+    CHECK(found[0] != found[1] && p.member[found[2]] != p.member[found[0]]);
+    CHECK_INT(found[3], found[4]);
+    CHECK(p.member[found[3]] != p.member[found[0]] && p.member[found[3]] != p.member[found[2]]);
+    CHECK_OK(&S.ctx, pd_pieces_find(&S.ctx, &S.grid, NULL, electrode, &p));
+    CHECK_INT(p.electrodes, 3);
+    for (int32_t i = 0; i < S.grid.total; i++) material[i] = 0;
+    scene_free(&S);
+    /* 16 times 19 particles are too many */
+    static uint8_t mask[32 * 38];
+    for (int k = 0; k < 32 * 38; k++) mask[k] = (uint8_t)(k % 32 % 2 && k / 32 % 2);
+    scene_box(&S, 1.0, 1.0, 32, 38, 1);
+    S.shapes[0].type = PD_SHAPE_VOXELS;
+    S.shapes[0].mask = mask;
+    for (int d = 0; d < 2; d++) {
+        S.shapes[0].b[d] = 1.0;
+        S.shapes[0].n[d] = d ? 38 : 32;
+    }
+    solid(0);
+    if (!scene_grid(&S)) return;
+    CHECK_INT(pd_pieces_find(&S.ctx, &S.grid, NULL, electrode, &p), PD_ERR_SIZE);
+    scene_free(&S);
+}
+#endif
+
 /* A plate between two others has no net current: it passes what it gets (bipolar), and its potential is the mean of
  * theirs. A fourth circuit touches nothing. */
 TEST(bipolar)
@@ -357,10 +452,15 @@ TEST(bipolar)
     CHECK_NEAR(X.p.metal[2], 1.0 - 4.0 * resist, 1e-9);
     done();
 }
+#if PD_DIM == 2
+#define PIECES ENTRY(bipolar) ENTRY(pieces)
+#else
 #define PIECES ENTRY(bipolar)
+#endif
 #else
 #define PIECES
 #endif
 
 TEST_MAIN(ENTRY(plates_anywhere) ENTRY(held_sides_and_layers) ENTRY(mixed_potentials) ENTRY(limiting_currents)
-          ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(refusals) PIECES)
+          ENTRY(far_starts) ENTRY(high_voltage) ENTRY(scales) ENTRY(any_reference) ENTRY(receding)
+          ENTRY(refusals) PIECES)

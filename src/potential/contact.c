@@ -62,8 +62,17 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     contact->way += area * way;
 }
 
-/* Bond k meets the known surface of a smooth shape: its normal, and the distance of the node from the plane there. */
-static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int k, double *normal, double *way)
+/* [m] How much deeper the surface lies than the face of metal j, whose content is part of that of a whole cell. */
+static double pdi_contact_lost(const pdi_contact_walk *w, int32_t j, const double *normal)
+{
+    double thick = 0.0;
+    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = fmax(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
+    return w->metal->left ? thick * (1.0 - w->metal->left[j]) : 0.0;
+}
+
+/* Bond k meets the known surface of a smooth shape on metal j: its normal, and the distance of the node from the plane
+ * there. */
+static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j, int k, double *normal, double *way)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_grid *grid = bonds->grid;
@@ -76,11 +85,13 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int k, dou
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    return *way > 0.0;
+    if (!(*way > 0.0)) return 0;
+    *way += pdi_contact_lost(w, j, normal);
+    return 1;
 }
 
 /* The surface before a closed cell on a bond, whose home is metal j: where the cells say it lies, h_N/2 off the last
- * fluid on the way, and deeper by what the cell has lost. `last` [m]: that fluid, from the node. */
+ * fluid on the way. `last` [m]: that fluid, from the node. */
 static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, const double *last, double *normal,
                              double *way)
 {
@@ -92,7 +103,7 @@ static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, con
         thick = fmax(thick, fabs(normal[d]) * h[d]);
         along -= last[d] * normal[d];
     }
-    *way = thick * (1.5 - (w->metal->left ? w->metal->left[j] : 1.0)) + fmax(along, 0.0);
+    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + fmax(along, 0.0);
     return 1;
 }
 
@@ -119,7 +130,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
             int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
             double normal[PD_DIM], way;
             if (grid->kind[j] != PD_SOLID) continue;
-            if (pdi_contact_smooth(w, row, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
+            if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
                 pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
         }
         return;

@@ -2173,6 +2173,15 @@ def declare(dim):
         ('capacity', c_int32),
     ]
 
+    class pd_pieces(Structure):
+        pass
+    pd_pieces._fields_ = [
+        ('electrodes', c_int),
+        ('circuits', c_int),
+        ('material', c_int * 256),
+        ('member', c_int * 256),
+    ]
+
     class pd_circuit(Structure):
         pass
     pd_circuit._fields_ = [
@@ -3556,6 +3565,7 @@ def declare(dim):
         'pd_electrode_build': (c_int, [POINTER(pd_ctx), POINTER(pd_electrode_desc), POINTER(pd_electrode)]),
         'pd_electrode_current': (c_double, [POINTER(pd_electrode), c_double, POINTER(c_double)]),
         'pd_electrode_free': (None, [POINTER(pd_ctx), POINTER(pd_electrode)]),
+        'pd_pieces_find': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(c_uint8), POINTER(c_uint8), POINTER(pd_pieces)]),
         'pd_potential_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_potential_desc), POINTER(pd_potential)]),
         'pd_potential_update': (c_int, [POINTER(pd_ctx), POINTER(pd_potential)]),
         'pd_potential_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_potential), POINTER(pd_potential_result)]),
