@@ -1,6 +1,7 @@
 /* distribution: currents around shapes: circles, surfaces at an angle, rings, coplanar couples (Waber 1954), Newman's
  * disc.
  * dims: 2 3 */
+#include "metal/entry.h"
 #include "potential_cell.h"
 
 #if PD_DIM == 2
@@ -158,6 +159,46 @@ TEST(flat_areas)
                 NOTE("%s, %g degrees, m = %d: area off by %.4f", cells ? "cells" : "level", degrees[k], m, worst);
                 CHECK_LE(worst, cells ? 0.015 : 0.006);
             }
+}
+
+/* Areas of discs are those by which metal dissolves (6.3), to the anisotropy of these. */
+TEST(areas_of_dissolution)
+{
+    for (int r = 6; r <= 24; r *= 2)
+        for (int m = 1; m < 4; m += 2) {
+            pd_stencil wide;
+            pd_paths paths;
+            pd_contacts contacts;
+            pdi_contact_metal metal = {NULL, NULL, NULL};
+            double dissolves = 0.0, area = 0.0;
+            scene_box(&S, m, 1.0, 2 * r + 14, 2 * r + 14, 1);
+            S.grid_desc.ghost = 4;
+            S.shapes[0].type = PD_SHAPE_BALL;
+            S.shapes[0].r = r;
+            for (int d = 0; d < 2; d++) S.shapes[0].a[d] = r + 7.3;
+            solid(0);
+            if (!scene_build(&S)) return;
+            pd_stencil_desc wd = S.stencil_desc;
+            wd.m = 3.0;
+            if (!CHECK_OK(&S.ctx, pd_stencil_build(&S.ctx, &wd, &wide))) return;
+            if (!CHECK_OK(&S.ctx, pdi_path_build(&S.ctx, &wide, &S.grid, &paths))) return;
+            for (int32_t j = 0; j < S.grid.total; j++)
+                for (int k = 0; k < wide.count && S.grid.kind[j] == PD_SOLID; k++) {
+                    pdi_entry entry;
+                    pdi_entry_find(&paths, j, k, &entry);
+                    if (entry.count) dissolves += wide.area[k];
+                }
+            metal.wide = &wide;
+            memset(&contacts, 0, sizeof contacts);
+            CHECK_OK(&S.ctx, pdi_contact_find(&S.ctx, &S.bonds, &metal, &contacts));
+            for (int32_t k = 0; k < contacts.count; k++) area += contacts.list[k].area;
+            CHECK_REL(area, 2.0 * PI * r, 0.004);
+            CHECK_REL(area, dissolves, 0.01);
+            pdi_contact_free(&S.ctx, &contacts);
+            pdi_path_free(&S.ctx, &paths);
+            pd_stencil_free(&S.ctx, &wide);
+            scene_free(&S);
+        }
 }
 
 /* ---- couples and discs ---- */
@@ -337,7 +378,8 @@ TEST(rings)
 #endif
 
 #if PD_DIM == 2
-TEST_MAIN(ENTRY(circle_currents) ENTRY(threads) ENTRY(flat_areas) ENTRY(rings) ENTRY(coplanar_couples) ENTRY(discs))
+TEST_MAIN(ENTRY(circle_currents) ENTRY(threads) ENTRY(flat_areas) ENTRY(areas_of_dissolution)
+          ENTRY(rings) ENTRY(coplanar_couples) ENTRY(discs))
 #else
 TEST_MAIN(ENTRY(disc_in_space))
 #endif
