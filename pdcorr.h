@@ -149,6 +149,14 @@
  *     content    what solid nodes hold: pieces that a step uses up, who turns fluid, and who takes over the rest.
  *     damage     mechanical bonds of metal that dissolves, broken at random as it goes (theory: 6.7).
  *     dissolve   a step of a dissolving surface, by a surface rate or by bonds. Solid nodes lose metal through the bonds
+ *   potential/
+ *     electrode  current density of a metal surface as a function of its overpotential: a sum of reactions, each of them
+ *     contact    where metal meets the electrolyte: the area of each electrode that a fluid node has, and its distance.
+ *     pieces     metal that hangs together: each piece has one potential, each metal of a piece is an electrode.
+ *     potential  the electric potential of an electrolyte around metals (secondary current distribution).
+ *     circuit    what hangs together electrically: pockets of electrolyte, circuits of metal, given potentials.
+ *     balance    what the rows of electrolyte and circuits lack, and the search along a step.
+ *     distribution solves for the potential: the current distribution of an electrolyte and its metals.
  *   couple/
  *     measure    figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
  *     structure  the metal of a lattice as a body under load, in balance or in motion.
@@ -244,7 +252,8 @@
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, couple, scene, run; kernels
+ *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run; kernels
  *                          (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
@@ -334,7 +343,8 @@
 #define PDI_FN extern
 #endif
 #elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
-    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_PHYSICS)
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_POTENTIAL) || \
+    defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static
@@ -6861,6 +6871,353 @@ PDI_FN void pdi_dissolve_beside_list(pdi_owner *owner, void *dissolve);
 #endif
 
 #endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>potential/electrode.h ======== */
+/* electrode: current density of a metal surface as a function of its overpotential: a sum of reactions, each of them
+ * Butler-Volmer, Tafel, linear or a measured curve, with limiting currents (theory: 6b.1).
+ *
+ * The argument of all curves is u = E - phi, the potential of the metal less that of the electrolyte at its surface. It
+ * is what a reference electrode beside the surface measures. Currents are positive where they leave the metal (anodic).
+ * No curve falls as u rises, so that a field has one solution. None overflows up to 1e100 V.
+ */
+#ifndef PD_ELECTRODE_H
+#define PD_ELECTRODE_H
+
+typedef enum pd_electrode_kind {
+    PD_ELECTRODE_BUTLER_VOLMER = 0, /* i = i_a - i_c, i_a = x/(1 + x/limit), x = exchange exp((u - equilibrium)/anodic),
+                                     * and i_c likewise with exp(-(u - equilibrium)/cathodic). Tafel: one of both */
+    PD_ELECTRODE_LINEAR = 1,        /* i = (u - equilibrium)/resistance */
+    PD_ELECTRODE_TABLE = 2          /* monotone cubics through points (Fritsch and Butland 1984), straight on beyond
+                                     * both ends with the slope of the last interval */
+} pd_electrode_kind;
+
+/* Zero-initialise. */
+typedef struct pd_electrode_term {
+    pd_electrode_kind kind;
+    double equilibrium;       /* [V] Butler-Volmer, linear */
+    double exchange;          /* [A/m2] Butler-Volmer: positive */
+    double anodic, cathodic;  /* [V] change of u by which a branch grows by a factor e, RT/(alpha z F): a slope per
+                               * decade over ln 10. 0: there is no such branch */
+    double anodic_limit, cathodic_limit; /* [A/m2] limiting current densities of the branches; 0: none */
+    double resistance;        /* [m2/S] linear: positive */
+    int points;               /* table: at least 2 */
+    const double *potential;  /* [points] [V] ascending */
+    const double *current;    /* [points] [A/m2] nowhere falling */
+} pd_electrode_term;
+
+/* Zero-initialise. */
+typedef struct pd_electrode_desc {
+    const pd_electrode_term *term; /* [count] copied, with their tables */
+    int count;          /* 0: charges pass at no overpotential: u is `equilibrium` everywhere (primary distribution) */
+    double equilibrium; /* [V] of that */
+    double film;        /* [m2/S] of a coating or film, in series; 0: none */
+} pd_electrode_desc;
+
+typedef struct pd_electrode {
+    pd_electrode_desc desc; /* term is that below */
+    pd_electrode_term *term; /* [count] tables are those below */
+    int count, points;
+    double *potential, *current, *slope; /* [points] [V] [A/m2] [S/m2] tables, one behind the other */
+    double scale;            /* [A/m2] a size of the currents */
+} pd_electrode;
+
+#define pd_electrode_build PD_NAME(pd_electrode_build)
+#define pd_electrode_current PD_NAME(pd_electrode_current)
+#define pd_electrode_free PD_NAME(pd_electrode_free)
+
+/* PD_ERR_ARGUMENT: a number is not finite or has the wrong sign, a term without a branch, a table that is not ascending
+ * or whose current falls. */
+PD_API pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_electrode *electrode);
+/* Current density [A/m2] at u [V], of the terms alone; *slope [S/m2] (or NULL) its derivative. 0 without terms. */
+PD_API double pd_electrode_current(const pd_electrode *electrode, double u, double *slope);
+PD_API void pd_electrode_free(pd_ctx *ctx, pd_electrode *electrode);
+
+#ifdef PDI_INTERNAL
+/* Current density [A/m2] at E - phi = `drop` [V], where phi lies behind `resist` > 0 [m2/S] of electrolyte, and
+ * behind the film; *slope [S/m2] its derivative; *u [V] a guess in, the overpotential at the surface out. */
+PDI_FN double pdi_electrode_through(const pd_electrode *electrode, double drop, double resist, double *u,
+                                    double *slope);
+/* Least and largest current density [A/m2], infinite where there is no limit. */
+PDI_FN void pdi_electrode_range(const pd_electrode *electrode, double *least, double *most);
+#endif
+
+#endif
+
+/* ======== >>potential/contact.h ======== */
+/* contact: where metal meets the electrolyte: the area of each electrode that a fluid node has, and its distance.
+ *
+ * A bond of the fluid that ends on metal would carry a(n) (xi.N) times the slope of the potential to its node. That is
+ * the area which it stands for, over the volume of the node. The sum over all bonds that cross a plane is exactly its
+ * area, whatever its direction, since the second moments of a(n) are those of the Laplacian (theory: eq. 6b.3). The
+ * normal N is that of the shape where the surface is known, else that of the cells around.
+ */
+#ifndef PD_CONTACT_H
+#define PD_CONTACT_H
+
+/* Most electrodes. */
+#define PD_ELECTRODES 256
+
+/* An electrode beside a fluid node. */
+typedef struct pd_contact {
+    int32_t node;
+    int electrode;
+    double area; /* [1/m] over the volume of the node */
+    double way;  /* [m] from the node to the surface */
+} pd_contact;
+
+typedef struct pd_contacts {
+    pd_contact *list; /* [capacity] by nodes, and for each of them by electrodes */
+    int32_t count, capacity;
+} pd_contacts;
+
+#ifdef PDI_INTERNAL
+/* The metal of a grid. */
+typedef struct pdi_contact_metal {
+    const uint8_t *electrode; /* [total] index of the electrode of solid nodes; NULL: 0 */
+    const double *left;       /* [total] [-] share of the metal that is left in solid nodes; NULL: 1 */
+    const pd_stencil *wide;   /* family that normals of cells are found with */
+} pdi_contact_metal;
+
+/* PD_ERR_MEMORY, PD_ERR_LIMIT. */
+PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_contact_metal *metal,
+                                  pd_contacts *contacts);
+PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts);
+#endif
+
+#endif
+
+/* ======== >>potential/pieces.h ======== */
+/* pieces: metal that hangs together: each piece has one potential, each metal of a piece is an electrode.
+ *
+ * Solid nodes that share a face conduct to each other, also through periodic sides. So metals in contact form a
+ * galvanic couple, and particles that do not touch are circuits of their own.
+ */
+#ifndef PD_PIECES_H
+#define PD_PIECES_H
+
+typedef struct pd_pieces {
+    int electrodes, circuits;
+    int material[PD_ELECTRODES]; /* [electrodes] */
+    int member[PD_ELECTRODES];   /* [electrodes] piece of each of them, a circuit: as pd_potential_desc wants it */
+} pd_pieces;
+
+#define pd_pieces_find PD_NAME(pd_pieces_find)
+
+/* material [total]: index of the metal of solid nodes; NULL: 0. electrode [total]: for solid nodes, out. Pieces, and
+ * the electrodes of a piece, are in the order of their first nodes. PD_ERR_SIZE: more than PD_ELECTRODES of them. */
+PD_API pd_status pd_pieces_find(pd_ctx *ctx, const pd_grid *grid, const uint8_t *material, uint8_t *electrode,
+                                pd_pieces *pieces);
+
+#endif
+
+/* ======== >>potential/potential.h ======== */
+/* potential: the electric potential of an electrolyte around metals (secondary current distribution).
+ *
+ * div(kappa grad phi) = 0 in the fluid. At metal kappa dphi/dn = -i(E - phi), with the curve i of its electrode and the
+ * potential E of the metal. Metals that touch, or are wired to each other, form a circuit: they share one E, which is
+ * given, or follows from a given current, or from no net current (free corrosion, galvanic couples). Other surfaces
+ * insulate (theory: 6b). Newton's method minimises the convex energy of the field, all E included; linear systems are
+ * solved by conjugate gradients with multigrid.
+ *
+ * Where neither a side of the box nor a circuit has a given potential, the mean of phi over the electrolyte is 0.
+ */
+#ifndef PD_POTENTIAL_H
+#define PD_POTENTIAL_H
+
+typedef enum pd_circuit_control {
+    PD_CIRCUIT_CURRENT = 0,  /* `value` is the current [A] (per m in planar 2D, per m2 in 1D) from metal to electrolyte.
+                              * 0: it corrodes freely */
+    PD_CIRCUIT_POTENTIAL = 1 /* `value` is E [V] */
+} pd_circuit_control;
+
+typedef struct pd_circuit {
+    pd_circuit_control control;
+    double value; /* [V] or [A], see above */
+} pd_circuit;
+
+/* Zero-initialise. All arrays are borrowed for the life of the object. */
+typedef struct pd_potential_desc {
+    double conductivity;           /* [S/m] kappa, positive */
+    const double *field;           /* [total] [S/m] the same at fluid nodes; NULL: `conductivity` everywhere */
+    const pd_electrode *electrode; /* [electrodes] curves */
+    int electrodes;                /* 1 to PD_ELECTRODES */
+    const uint8_t *metal;          /* [total] which of them a solid node is; NULL: the first one */
+    const pd_circuit *circuit;     /* [circuits] */
+    int circuits;
+    const int *member;             /* [electrodes] circuit of each electrode; NULL: all are in the first one */
+    const pd_stencil *wide;        /* family from which normals of cells are found, where no shape tells them; NULL:
+                                    * that of the bonds. Three spacings do */
+    const double *left;            /* [total] [-] share of the metal that is left in solid nodes; NULL: 1 */
+    int held[2 * PD_DIM];          /* 1: a side of the box, a wall or inlet, holds the potential ... */
+    double hold[2 * PD_DIM];       /* [V] ... of this value. Other sides insulate, or repeat as the grid says */
+    double tolerance;              /* [-] of what the balances lack, over the currents; 0: 1e-12 */
+    int max_newton;                /* 0: 200 */
+} pd_potential_desc;
+
+/* It must not be moved once it is built. */
+typedef struct pd_potential {
+    pd_potential_desc desc; /* defaults filled in */
+    const pd_grid *grid;
+    const pd_bonds *bonds;
+    double *phi;            /* [total] [V] of fluid nodes: guess of the next solve, and its result */
+    double *metal;          /* [circuits] [V] E, likewise */
+    double *total;          /* [circuits] [A] (per m in planar 2D) current of the last solve */
+    pd_contacts contacts;
+    double *current;        /* [contacts.count] [A/m2] of the last solve, from metal to electrolyte */
+    double *surface;        /* [contacts.count] [V] E - phi at the surface */
+    double *slope;          /* [contacts.count] [S/m2] derivative of current by E - phi at the node */
+    double *trial;          /* [contacts.count] [A/m2] work */
+    int32_t *pocket;        /* [total] a node of the electrolyte that each fluid node hangs together with; -1: no
+                             * fluid */
+    double *level;          /* [total] [V] of each pocket at that node: in a solve phi counts from there, since beside a
+                             * good conductor its differences drown in a level of volts. Else 0 */
+    uint8_t *fixed;         /* [total] 1 at that node: held sides touch the pocket */
+    int32_t *part;          /* [total + circuits + 1] what hangs together: by nodes, circuits, and ground, which all
+                             * given potentials are. The entries of one part have one value, that of an entry of it */
+    uint8_t *wet;           /* the same count: 1 at that entry: the part has metal or ground */
+    int32_t *place;         /* [circuits] place among the unknowns behind the nodes; -1: E is given, or kept as it is
+                             * since nothing else tells it */
+    int floating;           /* of them are unknown */
+    double origin;          /* [V] held potentials count from here, the least of them */
+    pd_diffusion diffusion; /* conductances, with kappa for the diffusivity */
+    pd_boundary boundary;
+    pd_flux flux;
+    pd_inverse inverse;
+    pd_krylov krylov;
+    pd_arena arena;         /* lends what follows for a solve */
+    double *absorb;         /* [total] [S/m3] */
+    double *repeated;       /* [total] [V] operand with its images */
+    double *rest;           /* [total + floating] [A/m3], times circumferences: what balances lack */
+    double *step;           /* [total + floating] [V] */
+    double *along;          /* [total] [A/m3] what the step changes in the electrolyte */
+    double *answer;         /* [floating][total] [-] change of phi with E, about */
+    double *schur;          /* [floating][floating] [S/m3] factor of what E has left without phi */
+} pd_potential;
+
+typedef struct pd_potential_result {
+    int newton, krylov;  /* iterations */
+    double residual;     /* [-] what balances lack, over the currents (Euclidean norms) */
+    double imbalance;    /* [-] sum of all currents, over the sum of their sizes */
+    double through;      /* [A] (per m in planar 2D) from held sides into the electrolyte */
+    double anodic;       /* [A] (per m in planar 2D) sum of the currents that leave metal */
+} pd_potential_result;
+
+#ifdef PDI_INTERNAL
+#include <math.h>
+/* [V] No potential is further off than that. */
+#define PDI_POTENTIAL_FAR 1e6
+/* [V] Slopes of curves count in the size of currents with that. */
+#define PDI_POTENTIAL_SMALL 1e-4
+
+/* Circuit of an electrode. */
+static inline int pdi_potential_circuit(const pd_potential *p, int electrode)
+{
+    return p->desc.member ? p->desc.member[electrode] : 0;
+}
+/* kappa [S/m] of a fluid node. */
+static inline double pdi_potential_kappa(const pd_potential *p, int32_t node)
+{
+    return p->desc.field ? p->desc.field[node] : p->desc.conductivity;
+}
+/* E - phi [V] between a metal and a node. */
+static inline double pdi_potential_drop(const pd_potential *p, const pd_contact *c)
+{
+    double level = p->level[p->pocket[c->node]];
+    return (p->metal[pdi_potential_circuit(p, c->electrode)] - level) - p->phi[c->node];
+}
+/* Area of a contact over the volume of a cell, with the circumference [1/m, on rings 1]. */
+static inline double pdi_potential_area(const pd_potential *p, const pd_contact *c)
+{
+    return c->area * pdi_grid_circumference(p->grid, c->node);
+}
+#endif
+
+#endif
+
+/* ======== >>potential/circuit.h ======== */
+/* circuit: what hangs together electrically: pockets of electrolyte, circuits of metal, given potentials.
+ *
+ * A pocket is electrolyte that bonds join. Circuits join the pockets that they touch. Where none of what hangs together
+ * has a given potential, currents have to add up to zero, and potentials are known up to a constant.
+ */
+#ifndef PD_CIRCUIT_H
+#define PD_CIRCUIT_H
+
+#ifdef PDI_INTERNAL
+/* Side of the box behind which an inlet ghost lies. */
+PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost);
+/* Pockets and parts, and which circuits have an unknown E; contacts are known. PD_ERR_STATE: the curves around a pocket
+ * carry current one way only. */
+PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *potential);
+/* Given currents have a solution. PD_ERR_STATE: they do not add up to zero, or curves cannot carry them. */
+PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *potential);
+/* The level of each pocket takes the mean of its phi, where held sides do not keep it at the origin. */
+PDI_FN void pdi_circuit_raise(pd_potential *potential);
+/* What nothing holds gets a mean of phi of zero; electrolyte that neither metal nor held sides touch has none. */
+PDI_FN void pdi_circuit_level(pd_potential *potential);
+#endif
+
+#endif
+
+/* ======== >>potential/balance.h ======== */
+/* balance: what the rows of electrolyte and circuits lack, and the search along a step.
+ *
+ * The energy 1/2 sum kappa a (phi_i - phi_j)^2 + sum area int i du - sum I E is convex. The balances are its
+ * derivatives, negated, over the volume of a cell; rows of nodes count the circumference on rings (theory: eq. 6b.4).
+ */
+#ifndef PD_BALANCE_H
+#define PD_BALANCE_H
+
+#ifdef PDI_INTERNAL
+/* What the balances lack, the size of the currents in them, and of their rounding (Euclidean norms [A/m3]). */
+typedef struct pdi_balance_size {
+    double lack, currents, rounding;
+} pdi_balance_size;
+
+/* y [total], times circumferences: what x sends through the bonds. held: into held walls, too. */
+PDI_FN void pdi_balance_bonds(const pd_ctx *ctx, pd_potential *potential, const double *x, int held, double *y);
+/* Currents of the contacts, and what all rows lack: into potential->rest. */
+PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *potential);
+/* Share of potential->step to take. */
+PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *potential);
+/* Currents of circuits and sides, from those of the contacts. */
+PDI_FN void pdi_balance_totals(pd_potential *potential, pd_potential_result *result);
+#endif
+
+#endif
+
+/* ======== >>potential/distribution.h ======== */
+/* distribution: solves for the potential: the current distribution of an electrolyte and its metals.
+ */
+#ifndef PD_DISTRIBUTION_H
+#define PD_DISTRIBUTION_H
+
+#define pd_potential_build PD_NAME(pd_potential_build)
+#define pd_potential_update PD_NAME(pd_potential_update)
+#define pd_potential_solve PD_NAME(pd_potential_solve)
+#define pd_potential_free PD_NAME(pd_potential_free)
+
+/* Grid and bonds are borrowed. The guess is 0 everywhere, and given potentials. PD_ERR_ARGUMENT: a number is out of
+ * range, an electrode or circuit that does not exist, a side that cannot hold a potential. PD_ERR_STATE: the curves
+ * around a pocket of electrolyte carry current one way only. */
+PD_API pd_status pd_potential_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
+                                    const pd_potential_desc *desc, pd_potential *potential);
+/* After pd_bonds_update, and after another conductivity in desc.field or desc.conductivity. phi and E stay. What has
+ * failed may only be freed. Errors are those of the build. */
+PD_API pd_status pd_potential_update(pd_ctx *ctx, pd_potential *potential);
+/* Circuits and held potentials of desc may have changed since the last one in value, not in kind.
+ * PD_ERR_STATE: there is no solution: given currents do not add up to zero, or are beyond what curves can carry.
+ * PD_NOT_CONVERGED: balances lack more than the tolerance; what is found is there. */
+PD_API pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *potential, pd_potential_result *result);
+PD_API void pd_potential_free(pd_ctx *ctx, pd_potential *potential);
+
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_PHYSICS)
 
 /* ======== >>couple/measure.h ======== */
 /* measure: figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
@@ -42183,6 +42540,1426 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
     pdi_owner_free(ctx, pdi_reach_list, d);
     pdi_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>potential/electrode.c ======== */
+/* electrode: see electrode.h */
+#include <math.h>
+#include <string.h>
+
+/* Exponentials go on straight beyond this exponent: no current comes near it, and none overflows. */
+#define PDI_ELECTRODE_STEEP 300.0
+/* [V] A resistance counts in the size of currents at this overpotential. */
+#define PDI_ELECTRODE_SMALL 0.025
+/* Most steps to the overpotential behind a resistance. */
+#define PDI_ELECTRODE_STEPS 300
+/* [V] First stride to the side of it that is not known. */
+#define PDI_ELECTRODE_STRIDE 0.1
+
+static void pdi_electrode_list(pdi_owner *owner, void *object)
+{
+    pd_electrode *electrode = (pd_electrode *)object;
+    PDI_ARRAY(owner, electrode, term, electrode->count, "");
+    PDI_ARRAY(owner, electrode, potential, electrode->points, "V");
+    PDI_ARRAY(owner, electrode, current, electrode->points, "A/m2");
+    PDI_ARRAY(owner, electrode, slope, electrode->points, "S/m2");
+}
+
+/* x exp(z), straight on where it is steep, and its derivative by z. */
+static double pdi_electrode_exp(double x, double z, double *by)
+{
+    double steep = fmin(z, PDI_ELECTRODE_STEEP);
+    *by = x * exp(steep);
+    return *by * (1.0 + (z - steep));
+}
+
+/* One branch, with its limit. */
+static double pdi_electrode_branch(double exchange, double fold, double limit, double u, double *slope)
+{
+    double by, i = pdi_electrode_exp(exchange, u / fold, &by);
+    *slope = by / fold;
+    if (!(limit > 0.0)) return i;
+    double part = 1.0 / (1.0 + i / limit);
+    *slope *= part * part;
+    return limit / (1.0 + limit / i);
+}
+
+static double pdi_electrode_table(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
+{
+    const double *x = t->potential, *y = t->current, *m = e->slope + (x - e->potential);
+    int lo = 0, hi = t->points - 1, last = hi;
+    if (u <= x[0] || u >= x[last]) {
+        int end = u <= x[0] ? 0 : last;
+        *slope = m[end];
+        return y[end] + m[end] * (u - x[end]);
+    }
+    while (hi - lo > 1) {
+        int middle = (lo + hi) / 2;
+        if (u < x[middle]) hi = middle;
+        else lo = middle;
+    }
+    double h = x[hi] - x[lo], s = (u - x[lo]) / h, r = 1.0 - s;
+    *slope = 6.0 * s * r * (y[hi] - y[lo]) / h + r * (1.0 - 3.0 * s) * m[lo] + s * (3.0 * s - 2.0) * m[hi];
+    *slope = fmax(*slope, 0.0);
+    return y[lo] + s * s * (1.0 + 2.0 * r) * (y[hi] - y[lo]) + r * s * h * (r * m[lo] - s * m[hi]);
+}
+
+static double pdi_electrode_term_current(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
+{
+    double i = 0.0, part;
+    *slope = 0.0;
+    if (t->kind == PD_ELECTRODE_TABLE) return pdi_electrode_table(e, t, u, slope);
+    u -= t->equilibrium;
+    if (t->kind == PD_ELECTRODE_LINEAR) {
+        *slope = 1.0 / t->resistance;
+        return u / t->resistance;
+    }
+    if (t->anodic > 0.0) i += pdi_electrode_branch(t->exchange, t->anodic, t->anodic_limit, u, slope);
+    if (t->cathodic > 0.0) {
+        i -= pdi_electrode_branch(t->exchange, t->cathodic, t->cathodic_limit, -u, &part);
+        *slope += part;
+    }
+    return i;
+}
+
+double pd_electrode_current(const pd_electrode *e, double u, double *slope)
+{
+    double i = 0.0, sum = 0.0, part;
+    for (int k = 0; k < e->count; k++) {
+        i += pdi_electrode_term_current(e, &e->term[k], u, &part);
+        sum += part;
+    }
+    if (slope) *slope = sum;
+    return i;
+}
+
+/* Where a bracket [lo, hi] of the solution has no lower or no upper end yet, a stride beyond the other one. */
+static double pdi_electrode_inside(double lo, double hi, double *stride)
+{
+    if (lo > -HUGE_VAL && hi < HUGE_VAL) return 0.5 * (lo + hi);
+    *stride *= 2.0;
+    return lo > -HUGE_VAL ? lo + *stride : hi - *stride;
+}
+
+/* u + R i(u) = drop. Newton's method for asinh i(u) = asinh((drop - u)/R) knows both an exponential and a straight line
+ * as nearly straight. A bracket holds it. */
+static double pdi_electrode_solve(const pd_electrode *e, double drop, double resist, double u)
+{
+    double lo = -HUGE_VAL, hi = HUGE_VAL, stride = 0.5 * PDI_ELECTRODE_STRIDE, scale = e->scale, last = HUGE_VAL;
+    for (int step = 0; step < PDI_ELECTRODE_STEPS; step++) {
+        double slope, i = pd_electrode_current(e, u, &slope), line = (drop - u) / resist;
+        if (i > line) hi = u;
+        else if (i < line) lo = u;
+        else return u;
+        double by = slope / hypot(scale, i) + 1.0 / (resist * hypot(scale, line));
+        double next = u - (asinh(i / scale) - asinh(line / scale)) / by;
+        if (!(next > lo) || !(next < hi) || (step % 8 == 7 && fabs(next - u) > 0.5 * last))
+            next = pdi_electrode_inside(lo, hi, &stride);
+        last = fabs(next - u);
+        if (!(last > 0.5 * DBL_EPSILON * fmax(fabs(u), fabs(drop)))) return next;
+        u = next;
+    }
+    return u;
+}
+
+PDI_FN double pdi_electrode_through(const pd_electrode *e, double drop, double resist, double *u, double *slope)
+{
+    resist += e->desc.film;
+    if (e->count == 0) {
+        *u = e->desc.equilibrium;
+        *slope = 1.0 / resist;
+        return (drop - *u) / resist;
+    }
+    *u = pdi_electrode_solve(e, drop, resist, *u);
+    double by, i = pd_electrode_current(e, *u, &by);
+    *slope = by / (1.0 + resist * by);
+    return resist * by > 1.0 ? (drop - *u) / resist : i; /* the one with more digits */
+}
+
+PDI_FN void pdi_electrode_range(const pd_electrode *e, double *least, double *most)
+{
+    *least = *most = 0.0;
+    if (e->count == 0) {
+        *least = -HUGE_VAL;
+        *most = HUGE_VAL;
+    }
+    for (int k = 0; k < e->count; k++) {
+        const pd_electrode_term *t = &e->term[k];
+        const double *slope = e->slope + (t->potential ? t->potential - e->potential : 0);
+        int last = t->points - 1;
+        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) {
+            if (t->anodic > 0.0) *most += t->anodic_limit > 0.0 ? t->anodic_limit : HUGE_VAL;
+            if (t->cathodic > 0.0) *least -= t->cathodic_limit > 0.0 ? t->cathodic_limit : HUGE_VAL;
+        } else if (t->kind == PD_ELECTRODE_LINEAR) {
+            *least -= HUGE_VAL;
+            *most += HUGE_VAL;
+        } else {
+            *least += slope[0] > 0.0 ? -HUGE_VAL : t->current[0];
+            *most += slope[last] > 0.0 ? HUGE_VAL : t->current[last];
+        }
+    }
+}
+
+/* ---- building ---- */
+
+static int pdi_electrode_positive(double x) { return x > 0.0 && x < 1e100; }
+static int pdi_electrode_least_zero(double x) { return x >= 0.0 && x < 1e100; }
+
+static pd_status pdi_electrode_check_table(pd_ctx *ctx, int k, const pd_electrode_term *t)
+{
+    if (t->points < 2 || !t->potential || !t->current)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: a table of %d points, expected at least 2", k,
+                        t->points);
+    for (int p = 0; p < t->points; p++)
+        if (!(fabs(t->potential[p]) < 1e100) || !(fabs(t->current[p]) < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: point %d of the table is (%g V, %g A/m2), "
+                            "expected finite numbers", k, p, t->potential[p], t->current[p]);
+    for (int p = 1; p < t->points; p++) {
+        if (!(t->potential[p] > t->potential[p - 1]))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the potentials %g and %g V of points %d and "
+                            "%d do not ascend", k, t->potential[p - 1], t->potential[p], p - 1, p);
+        if (t->current[p] < t->current[p - 1])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: the current falls from %g to %g A/m2 between "
+                            "%g and %g V, so a field would have several solutions; expected a curve that rises or "
+                            "stays (cathodic currents are negative)", k, t->current[p - 1], t->current[p],
+                            t->potential[p - 1], t->potential[p]);
+    }
+    return PD_OK;
+}
+
+static pd_status pdi_electrode_check(pd_ctx *ctx, int k, const pd_electrode_term *t)
+{
+    if (t->kind == PD_ELECTRODE_TABLE) return pdi_electrode_check_table(ctx, k, t);
+    if (t->kind != PD_ELECTRODE_LINEAR && t->kind != PD_ELECTRODE_BUTLER_VOLMER)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: there is no kind %d", k, (int)t->kind);
+    if (!(fabs(t->equilibrium) < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: equilibrium at %g V, expected a finite number", k,
+                        t->equilibrium);
+    if (t->kind == PD_ELECTRODE_LINEAR) {
+        if (pdi_electrode_positive(t->resistance)) return PD_OK;
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: resistance %g m2/S, expected a positive number",
+                        k, t->resistance);
+    }
+    if (!pdi_electrode_positive(t->exchange) || !pdi_electrode_least_zero(t->anodic) ||
+        !pdi_electrode_least_zero(t->cathodic) || !(t->anodic + t->cathodic > 0.0) ||
+        !pdi_electrode_least_zero(t->anodic_limit) || !pdi_electrode_least_zero(t->cathodic_limit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "term %d: exchange %g A/m2, anodic %g V, cathodic %g V, "
+                        "limits %g and %g A/m2: expected a positive exchange current, and at least one branch", k,
+                        t->exchange, t->anodic, t->cathodic, t->anodic_limit, t->cathodic_limit);
+    return PD_OK;
+}
+
+/* Slopes of a monotone cubic: harmonic means of the neighbouring ones (Fritsch and Butland 1984), at the ends those of
+ * the last intervals. */
+static void pdi_electrode_slopes(const pd_electrode_term *t, double *slope)
+{
+    const double *x = t->potential, *y = t->current;
+    int last = t->points - 1;
+    slope[0] = (y[1] - y[0]) / (x[1] - x[0]);
+    slope[last] = (y[last] - y[last - 1]) / (x[last] - x[last - 1]);
+    for (int p = 1; p < last; p++) {
+        double h = x[p] - x[p - 1], g = x[p + 1] - x[p], a = (y[p] - y[p - 1]) / h, b = (y[p + 1] - y[p]) / g;
+        slope[p] = a > 0.0 && b > 0.0 ? 3.0 * (h + g) / ((2.0 * g + h) / a + (g + 2.0 * h) / b) : 0.0;
+    }
+}
+
+static void pdi_electrode_fill(const pd_electrode_desc *desc, pd_electrode *e)
+{
+    int at = 0;
+    for (int k = 0; k < e->count; k++) {
+        pd_electrode_term *t = &e->term[k];
+        *t = desc->term[k];
+        if (t->kind == PD_ELECTRODE_BUTLER_VOLMER) e->scale = fmax(e->scale, t->exchange);
+        if (t->kind == PD_ELECTRODE_LINEAR) e->scale = fmax(e->scale, PDI_ELECTRODE_SMALL / t->resistance);
+        if (t->kind != PD_ELECTRODE_TABLE) {
+            t->points = 0;
+            t->potential = t->current = NULL;
+            continue;
+        }
+        for (int p = 0; p < t->points; p++) {
+            e->potential[at + p] = t->potential[p];
+            e->current[at + p] = t->current[p];
+            e->scale = fmax(e->scale, PDI_ELECTRODE_SMALL * fabs(t->current[p]));
+        }
+        t->potential = e->potential + at;
+        t->current = e->current + at;
+        pdi_electrode_slopes(t, e->slope + at);
+        at += t->points;
+    }
+    if (!(e->scale > 0.0)) e->scale = 1.0; /* a table of zeros */
+}
+
+pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_electrode *e)
+{
+    pd_electrode_desc given = *desc;
+    memset(e, 0, sizeof *e);
+    if (given.count < 0 || (given.count > 0 && !given.term) || !pdi_electrode_least_zero(given.film) ||
+        !(fabs(given.equilibrium) < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrode", "%d terms, equilibrium %g V, film %g m2/S: expected "
+                        "terms, and finite numbers of at least 0", given.count, given.equilibrium, given.film);
+    int64_t points = 0;
+    for (int k = 0; k < given.count; k++) {
+        PDI_TRY(pdi_electrode_check(ctx, k, &given.term[k]));
+        if (given.term[k].kind == PD_ELECTRODE_TABLE) points += given.term[k].points;
+    }
+    if (points > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "electrode", "tables of more than 2^31 points");
+    e->count = given.count;
+    e->points = (int)points;
+    pd_status status = pdi_owner_build(ctx, pdi_electrode_list, e);
+    if (status < 0) {
+        memset(e, 0, sizeof *e);
+        return status;
+    }
+    e->desc = given;
+    pdi_electrode_fill(&given, e);
+    e->desc.term = e->term;
+    return PD_OK;
+}
+
+void pd_electrode_free(pd_ctx *ctx, pd_electrode *e)
+{
+    pdi_owner_free(ctx, pdi_electrode_list, e);
+    memset(e, 0, sizeof *e);
+}
+
+/* ======== >>potential/contact.c ======== */
+/* contact: see contact.h */
+#include <math.h>
+#include <string.h>
+
+/* [cells] A place this near to the zero level of a shape lies on it. */
+#define PDI_CONTACT_TOUCH 1e-3
+
+static void pdi_contact_list(pdi_owner *owner, void *object)
+{
+    pd_contacts *contacts = (pd_contacts *)object;
+    PDI_ARRAY(owner, contacts, list, contacts->capacity, "");
+}
+
+/* What a walk knows. */
+typedef struct pdi_contact_walk {
+    const pd_bonds *bonds;
+    const pdi_contact_metal *metal;
+    pd_contact at[PD_ELECTRODES]; /* of the node, by electrode: area, and area times way */
+    int found;                    /* electrodes that it has */
+} pdi_contact_walk;
+
+/* Ghosts stand for what they mirror, so that metal which meets a side is the same there as elsewhere. */
+static int32_t pdi_contact_home(const pd_grid *grid, int32_t at, int *flip)
+{
+    *flip = 0;
+    return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pdi_grid_image(grid, at, flip);
+}
+
+/* Normal of the cells around metal node j, towards the fluid. 0: there is none. */
+static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, double *normal)
+{
+    const pd_grid *grid = w->bonds->grid;
+    const pd_stencil *s = w->metal->wide;
+    for (int d = 0; d < PD_DIM; d++) normal[d] = 0.0;
+    for (int k = 0; k < s->count; k++) {
+        int32_t at = j;
+        int flip;
+        for (int d = 0; d < PD_DIM; d++) at += s->offset[k * PD_DIM + d] * grid->stride[d];
+        if (grid->kind[pdi_contact_home(grid, at, &flip)] != PD_FLUID) continue;
+        for (int d = 0; d < PD_DIM; d++) normal[d] += s->lap[k] * s->xi[k * PD_DIM + d];
+    }
+    double length = pdi_vec_norm(normal);
+    if (!(length > 1e-9 * s->lap_sum * s->h[0])) return 0;
+    for (int d = 0; d < PD_DIM; d++) normal[d] /= length;
+    return 1;
+}
+
+/* A share of bond k, from node i to metal j, that meets its surface with the normal towards the fluid, `way` off. */
+static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, double share, const double *normal,
+                            double way)
+{
+    const pd_bonds *bonds = w->bonds;
+    int electrode = w->metal->electrode ? w->metal->electrode[j] : 0;
+    double reach = -pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, normal);
+    double area = share * pdi_bond_lap(bonds, i)[k] * reach;
+    pd_contact *contact = &w->at[electrode];
+    if (!(area > 0.0)) return;
+    w->found += !(contact->area > 0.0);
+    contact->area += area;
+    contact->way += area * way;
+}
+
+/* [m] How much deeper the surface lies than the face of metal j, whose content is part of that of a whole cell. */
+static double pdi_contact_lost(const pdi_contact_walk *w, int32_t j, const double *normal)
+{
+    double thick = 0.0;
+    for (int d = 0; d < PD_DIM && w->metal->left; d++) thick = fmax(thick, fabs(normal[d]) * w->bonds->grid->h[d]);
+    return w->metal->left ? thick * (1.0 - w->metal->left[j]) : 0.0;
+}
+
+/* Bond k meets the known surface of a smooth shape on metal j: its normal, and the distance of the node from the plane
+ * there. */
+static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j, int k, double *normal, double *way)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_grid *grid = bonds->grid;
+    double place[PD_DIM], x[PD_DIM];
+    if (pdi_bond_open(bonds, row, k)) return 0;
+    int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
+    if (closed < 0 || grid->kind[pdi_grid_image(grid, closed, NULL)] != PD_SOLID) return 0;
+    double level = pdi_bond_smooth(bonds, closed, place);
+    if (!(fabs(level) < PDI_CONTACT_TOUCH * grid->h[0])) return 0;
+    pd_grid_position(grid, bonds->node[row], x);
+    *way = 0.0;
+    for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
+    if (!(*way > 0.0)) return 0;
+    *way += pdi_contact_lost(w, j, normal);
+    return 1;
+}
+
+/* The surface before a closed cell on a bond, whose home is metal j: where the cells say it lies, h_N/2 off the last
+ * fluid on the way. `last` [m]: that fluid, from the node. */
+static int pdi_contact_rough(const pdi_contact_walk *w, int32_t j, int flip, const double *last, double *normal,
+                             double *way)
+{
+    const double *h = w->bonds->grid->h;
+    double thick = 0.0, along = 0.0;
+    if (!pdi_contact_cells(w, j, normal)) return 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (flip >> d & 1) normal[d] = -normal[d];
+        thick = fmax(thick, fabs(normal[d]) * h[d]);
+        along -= last[d] * normal[d];
+    }
+    *way = 0.5 * thick + pdi_contact_lost(w, j, normal) + fmax(along, 0.0);
+    return 1;
+}
+
+/* Follow bond k of node i to the first metal on it, and share it among the closed cells that it meets at once. */
+static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
+{
+    const pd_bonds *bonds = w->bonds;
+    const pd_grid *grid = bonds->grid;
+    const pd_stencil *s = bonds->stencil;
+    double last[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) last[d] = 0.0;
+    for (int g = s->group_first[k]; g < s->group_first[k + 1]; g++) {
+        int cells = s->group_cell[g + 1] - s->group_cell[g], fluid = 0, flip;
+        double mean[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) mean[d] = 0.0;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
+            if (grid->kind[pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip)] != PD_FLUID) continue;
+            for (int d = 0; d < PD_DIM; d++) mean[d] += s->cell[c * PD_DIM + d] * grid->h[d];
+            fluid++;
+        }
+        for (int d = 0; d < PD_DIM && fluid; d++) last[d] = mean[d] / fluid;
+        if (fluid) continue;
+        for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
+            int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
+            double normal[PD_DIM], way;
+            if (grid->kind[j] != PD_SOLID) continue;
+            if (pdi_contact_smooth(w, row, j, k, normal, &way) || pdi_contact_rough(w, j, flip, last, normal, &way))
+                pdi_contact_add(w, i, j, k, 1.0 / cells, normal, way);
+        }
+        return;
+    }
+}
+
+/* The contacts of the node of a row, into list where that is not NULL: how many. */
+static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *list)
+{
+    const pd_bonds *bonds = w->bonds;
+    int32_t i = bonds->node[row], found = 0;
+    for (int k = 0; k < bonds->stencil->count; k++)
+        if (pdi_bond_lap(bonds, i)[k] > 0.0) pdi_contact_bond(w, row, i, k);
+    for (int electrode = 0; electrode < PD_ELECTRODES && found < w->found; electrode++) {
+        pd_contact *contact = &w->at[electrode];
+        if (!(contact->area > 0.0)) continue;
+        if (list) {
+            list[found] = *contact;
+            list[found].node = i;
+            list[found].electrode = electrode;
+            list[found].way /= contact->area;
+        }
+        contact->area = contact->way = 0.0;
+        found++;
+    }
+    w->found = 0;
+    return found;
+}
+
+PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_contact_metal *metal,
+                                  pd_contacts *contacts)
+{
+    pdi_contact_walk w;
+    int64_t count = 0;
+    memset(&w, 0, sizeof w);
+    w.bonds = bonds;
+    w.metal = metal;
+    pdi_contact_free(ctx, contacts);
+    for (int32_t r = 0; r < bonds->rows; r++) count += pdi_contact_node(&w, r, NULL);
+    if (count > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "contact", "more than 2^31 contacts");
+    PDI_TRY(pdi_owner_renew(ctx, pdi_contact_list, contacts, &contacts->capacity, (int32_t)count));
+    for (int32_t r = 0; r < bonds->rows; r++)
+        contacts->count += pdi_contact_node(&w, r, contacts->list + contacts->count);
+    return PD_OK;
+}
+
+PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts)
+{
+    pdi_owner_free(ctx, pdi_contact_list, contacts);
+    memset(contacts, 0, sizeof *contacts);
+}
+
+/* ======== >>potential/pieces.c ======== */
+/* pieces: see pieces.h */
+#include <string.h>
+
+/* A walk over one piece after the other. */
+typedef struct pdi_pieces_walk {
+    const pd_grid *grid;
+    int32_t *piece; /* [total] of solid nodes; -1: not yet */
+    int32_t *queue; /* [total] */
+} pdi_pieces_walk;
+
+/* All metal that hangs together with node i. */
+static void pdi_pieces_fill(const pdi_pieces_walk *w, int32_t i, int32_t piece)
+{
+    int32_t count = 1;
+    w->queue[0] = i;
+    w->piece[i] = piece;
+    for (int32_t n = 0; n < count; n++)
+        for (int side = 0; side < 2 * PD_DIM; side++) {
+            int32_t step = w->grid->stride[side / 2];
+            int32_t at = pdi_grid_image(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
+            if (w->grid->kind[at] != PD_SOLID || w->piece[at] >= 0) continue;
+            w->piece[at] = piece;
+            w->queue[count++] = at;
+        }
+}
+
+/* The electrode of a material of a piece; -1: there are too many. */
+static int pdi_pieces_electrode(pd_pieces *p, int piece, int material)
+{
+    for (int e = 0; e < p->electrodes; e++)
+        if (p->member[e] == piece && p->material[e] == material) return e;
+    if (p->electrodes == PD_ELECTRODES) return -1;
+    p->member[p->electrodes] = piece;
+    p->material[p->electrodes] = material;
+    return p->electrodes++;
+}
+
+static pd_status pdi_pieces_walk_all(pd_ctx *ctx, const pdi_pieces_walk *w, const uint8_t *material, uint8_t *electrode,
+                                     pd_pieces *p)
+{
+    const pd_grid *grid = w->grid;
+    for (int32_t i = 0; i < grid->total; i++) w->piece[i] = -1;
+    for (int32_t i = 0; i < grid->total; i++) {
+        if (grid->kind[i] != PD_SOLID || pdi_grid_image(grid, i, NULL) != i) continue;
+        if (w->piece[i] < 0) pdi_pieces_fill(w, i, p->circuits++);
+        int e = pdi_pieces_electrode(p, w->piece[i], material ? material[i] : 0);
+        if (e < 0)
+            return pdi_fail(ctx, PD_ERR_SIZE, "pieces", "the metals of all pieces are more than %d electrodes",
+                            PD_ELECTRODES);
+        electrode[i] = (uint8_t)e;
+    }
+    return PD_OK;
+}
+
+pd_status pd_pieces_find(pd_ctx *ctx, const pd_grid *grid, const uint8_t *material, uint8_t *electrode,
+                         pd_pieces *pieces)
+{
+    pdi_pieces_walk w;
+    memset(pieces, 0, sizeof *pieces);
+    w.grid = grid;
+    w.piece = w.queue = NULL;
+    PDI_TRY(PDI_NEW(ctx, "pieces", grid->total, w.piece));
+    pd_status status = PDI_NEW(ctx, "pieces", grid->total, w.queue);
+    if (status >= 0) status = pdi_pieces_walk_all(ctx, &w, material, electrode, pieces);
+    PDI_DELETE(ctx, grid->total, w.queue);
+    PDI_DELETE(ctx, grid->total, w.piece);
+    return status;
+}
+
+/* ======== >>potential/circuit.c ======== */
+/* circuit: see circuit.h */
+#include <math.h>
+#include <string.h>
+
+/* Given currents add up to zero when they do within this share. */
+#define PDI_CIRCUIT_BALANCED 1e-12
+
+PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost)
+{
+    int i[PD_DIM];
+    pdi_grid_index(grid, ghost, i);
+    for (int d = 0; d < PD_DIM; d++) {
+        if (i[d] < 0 && pdi_grid_port(grid->side[2 * d])) return 2 * d;
+        if (i[d] >= grid->n[d] && pdi_grid_port(grid->side[2 * d + 1])) return 2 * d + 1;
+    }
+    return 0;
+}
+
+static int32_t pdi_circuit_root(int32_t *part, int32_t i)
+{
+    while (part[i] != i) i = part[i] = part[part[i]];
+    return i;
+}
+
+static void pdi_circuit_join(int32_t *part, int32_t a, int32_t b)
+{
+    a = pdi_circuit_root(part, a);
+    b = pdi_circuit_root(part, b);
+    part[a < b ? b : a] = a < b ? a : b;
+}
+
+static int pdi_circuit_holds(const pd_potential *p, int32_t node)
+{
+    if (p->diffusion.wall_rate && p->diffusion.wall_rate[node] > 0.0) return 1;
+    for (int k = 0; k < p->bonds->stencil->count && p->boundary.count; k++) {
+        int32_t far = node + p->bonds->paths.shift[k];
+        if (!pdi_flux_open(&p->flux, node, k) || p->grid->kind[far] != PD_INLET) continue;
+        if (p->desc.held[pdi_circuit_side(p->grid, far)]) return 1;
+    }
+    return 0;
+}
+
+/* Pockets of the electrolyte, and those of them that held sides touch. */
+static void pdi_circuit_pockets(pd_potential *p)
+{
+    const pd_bonds *bonds = p->bonds;
+    int32_t total = p->grid->total, ends = total + p->desc.circuits + 1;
+    for (int32_t i = 0; i < ends; i++) p->part[i] = i;
+    for (int32_t i = 0; i < total; i++) {
+        if (p->grid->kind[i] != PD_FLUID) continue;
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int32_t far = i + bonds->paths.shift[k];
+            if (!pdi_flux_open(&p->flux, i, k)) continue;
+            if (p->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(p->grid, far, NULL);
+            if (p->grid->kind[far] == PD_FLUID) pdi_circuit_join(p->part, i, far);
+        }
+    }
+    for (int32_t i = 0; i < total; i++)
+        p->pocket[i] = p->grid->kind[i] == PD_FLUID ? pdi_circuit_root(p->part, i) : -1;
+    for (int32_t i = 0; i < total; i++) p->fixed[i] = 0;
+    for (int32_t i = 0; i < total; i++)
+        if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
+}
+
+/* The currents that the metal of each pocket can carry have to lie on both sides of zero where nothing else closes the
+ * circuit. low, high [total]: of each pocket. */
+static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, double *high)
+{
+    char text[PDI_GRID_PLACE];
+    for (int32_t c = 0; c < p->contacts.count; c++) {
+        const pd_contact *contact = &p->contacts.list[c];
+        int32_t root = p->pocket[contact->node];
+        double least, most;
+        pdi_electrode_range(&p->desc.electrode[contact->electrode], &least, &most);
+        low[root] = least < 0.0 && !(low[root] < -DBL_MAX) ? low[root] + least * contact->area : low[root];
+        high[root] = most > 0.0 && !(high[root] > DBL_MAX) ? high[root] + most * contact->area : high[root];
+        if (least > 0.0) low[root] += least * contact->area;
+        if (most < 0.0) high[root] += most * contact->area;
+    }
+    for (int32_t c = 0; c < p->contacts.count; c++) {
+        int32_t root = p->pocket[p->contacts.list[c].node];
+        if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
+        return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m cannot carry a "
+                        "current %s: there is no solution; expected a %s reaction, or a side that holds a potential",
+                        pdi_grid_place(p->grid, p->contacts.list[c].node, text),
+                        low[root] < 0.0 ? "out of itself" : "into itself",
+                        low[root] < 0.0 ? "anodic" : "cathodic");
+    }
+    return PD_OK;
+}
+
+/* Circuits join what they touch; given potentials are all joined to ground. */
+static void pdi_circuit_parts(pd_potential *p)
+{
+    int32_t total = p->grid->total, ground = total + p->desc.circuits;
+    for (int32_t c = 0; c < p->contacts.count; c++)
+        pdi_circuit_join(p->part, p->contacts.list[c].node,
+                           total + pdi_potential_circuit(p, p->contacts.list[c].electrode));
+    for (int n = 0; n < p->desc.circuits; n++)
+        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) pdi_circuit_join(p->part, total + n, ground);
+    for (int32_t i = 0; i < total; i++)
+        if (p->fixed[i]) pdi_circuit_join(p->part, i, ground);
+    for (int32_t i = 0; i <= ground; i++) p->part[i] = pdi_circuit_root(p->part, i);
+    for (int32_t i = 0; i <= ground; i++) p->wet[i] = 0;
+    for (int32_t i = total; i <= ground; i++) p->wet[p->part[i]] = 1;
+    p->floating = 0;
+    for (int n = 0; n < p->desc.circuits; n++) {
+        int32_t part = p->part[total + n];
+        int first = part != p->part[ground];
+        for (int before = 0; before < n; before++) first = first && p->part[total + before] != part;
+        p->place[n] = p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL || first ? -1 : p->floating++;
+    }
+}
+
+PDI_FN void pdi_circuit_raise(pd_potential *p)
+{
+    double *sum = p->step, *weight = p->along;
+    for (int32_t i = 0; i < p->grid->total; i++) sum[i] = weight[i] = 0.0;
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        if (p->pocket[i] < 0) continue;
+        double around = pdi_grid_circumference(p->grid, i);
+        sum[p->pocket[i]] += around * p->phi[i];
+        weight[p->pocket[i]] += around;
+    }
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        if (p->pocket[i] != i) continue;
+        sum[i] = p->fixed[i] ? 0.0 : sum[i] / weight[i];
+        p->level[i] += sum[i];
+    }
+    for (int32_t i = 0; i < p->grid->total; i++)
+        if (p->pocket[i] >= 0) p->phi[i] -= sum[p->pocket[i]];
+}
+
+PDI_FN void pdi_circuit_level(pd_potential *p)
+{
+    int32_t total = p->grid->total, ground = p->part[total + p->desc.circuits];
+    for (int n = 0; n < p->desc.circuits; n++) {
+        int32_t part = p->part[total + n];
+        int first = part != ground;
+        pdi_sum sum = {0.0, 0.0}, weight = {0.0, 0.0};
+        for (int before = 0; before < n; before++) first = first && p->part[total + before] != part;
+        for (int32_t i = 0; i < total && first; i++) {
+            if (p->grid->kind[i] != PD_FLUID || p->part[i] != part) continue;
+            pdi_sum_add(&sum, p->phi[i] * pdi_grid_circumference(p->grid, i));
+            pdi_sum_add(&weight, pdi_grid_circumference(p->grid, i));
+        }
+        if (!first || !(pdi_sum_total(&weight) > 0.0)) continue;
+        double mean = pdi_sum_total(&sum) / pdi_sum_total(&weight);
+        for (int32_t i = 0; i < total; i++)
+            if (p->grid->kind[i] == PD_FLUID && p->part[i] == part) p->phi[i] -= mean;
+        for (int m = 0; m < p->desc.circuits; m++)
+            if (p->part[total + m] == part) p->metal[m] -= mean;
+    }
+    for (int32_t i = 0; i < total; i++)
+        if (p->grid->kind[i] == PD_FLUID && !p->wet[p->part[i]]) p->phi[i] = 0.0;
+}
+
+/* The curves of a circuit can carry its current. */
+static pd_status pdi_circuit_carries(pd_ctx *ctx, const pd_potential *p, int n)
+{
+    double low = 0.0, high = 0.0, wanted = p->desc.circuit[n].value, volume = p->bonds->stencil->volume;
+    int touched = 0;
+    for (int32_t k = 0; k < p->contacts.count; k++) {
+        const pd_contact *c = &p->contacts.list[k];
+        double least, most, area = pdi_potential_area(p, c) * volume;
+        if (pdi_potential_circuit(p, c->electrode) != n) continue;
+        pdi_electrode_range(&p->desc.electrode[c->electrode], &least, &most);
+        low += area * least;
+        high += area * most;
+        touched = 1;
+    }
+    if (low < wanted && wanted < high) return PD_OK;
+    if (!touched && !(fabs(wanted) > 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "circuit %d is to give %g A, and its curves carry between %g and "
+                    "%g A: there is no solution", n, wanted, low, high);
+}
+
+/* Where no potential is given, currents add up to zero. */
+static pd_status pdi_circuit_balanced(pd_ctx *ctx, const pd_potential *p, int n)
+{
+    int32_t total = p->grid->total, part = p->part[total + n];
+    double sum = 0.0, size = 0.0;
+    if (part == p->part[total + p->desc.circuits]) return PD_OK;
+    for (int m = 0; m < p->desc.circuits; m++) {
+        if (p->part[total + m] != part) continue;
+        sum += p->desc.circuit[m].value;
+        size += fabs(p->desc.circuit[m].value);
+    }
+    if (fabs(sum) <= PDI_CIRCUIT_BALANCED * size) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "potential", "the given currents of what circuit %d hangs together with add up "
+                    "to %g A: there is no solution; expected a sum of zero, or a given potential", n, sum);
+}
+
+PDI_FN pd_status pdi_circuit_find(pd_ctx *ctx, pd_potential *p)
+{
+    double *range = NULL;
+    int64_t size = 2 * (int64_t)p->grid->total;
+    pdi_circuit_pockets(p);
+    PDI_TRY(PDI_NEW(ctx, "potential", size, range));
+    pd_status status = pdi_circuit_ranges(ctx, p, range, range + p->grid->total);
+    PDI_DELETE(ctx, size, range);
+    if (status >= 0) pdi_circuit_parts(p);
+    return status;
+}
+
+PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
+{
+    for (int n = 0; n < p->desc.circuits; n++) {
+        if (p->desc.circuit[n].control == PD_CIRCUIT_CURRENT) PDI_TRY(pdi_circuit_carries(ctx, p, n));
+        PDI_TRY(pdi_circuit_balanced(ctx, p, n));
+    }
+    return PD_OK;
+}
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
+
+/* ======== >>potential/balance.c ======== */
+/* balance: see balance.h */
+#include <math.h>
+
+/* Rounding of a row, in units of that of its terms. */
+#define PDI_BALANCE_ROUNDING 16.0
+/* [V] Longest step: on a plateau a step has no end. */
+#define PDI_BALANCE_LONG 100.0
+/* Least slope of a curve behind its electrolyte, over that of the electrolyte: a plateau holds no potential. */
+#define PDI_BALANCE_FLAT 1e-15
+/* A step is taken when its end has at most this share of the slope of the energy at its start. */
+#define PDI_BALANCE_ENOUGH 0.5
+/* Most evaluations in the search along a step, and how often it is doubled. */
+#define PDI_BALANCE_SEARCH 80
+#define PDI_BALANCE_DOUBLE 6
+/* Scalar operations of a contact, to decide on threads. */
+#define PDI_BALANCE_WORK 400
+
+static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t n = 0; n < p->contacts.count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        double resist = c->way / pdi_potential_kappa(p, c->node);
+        p->current[n] = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c), resist,
+                                              &p->surface[n], &p->slope[n]);
+        p->slope[n] = fmax(p->slope[n], PDI_BALANCE_FLAT / resist);
+    }
+}
+
+static void pdi_balance_images(const pd_ctx *ctx, pd_potential *p, const double *x)
+{
+    pdi_par_copy(ctx, p->grid->total, x, p->repeated);
+    pd_ghosts_scalar(&p->bonds->ghosts, p->repeated);
+}
+
+PDI_FN void pdi_balance_bonds(const pd_ctx *ctx, pd_potential *p, const double *x, int held, double *y)
+{
+    pd_flux flux = p->flux;
+    pd_diffusion loose = p->diffusion;
+    if (!held) loose.wall_rate = NULL;
+    flux.diffusion = &loose;
+    pdi_balance_images(ctx, p, x);
+    pdi_flux_apply(ctx, &flux, p->repeated, y);
+    for (int32_t i = 0; i < p->grid->total && p->grid->circumference; i++)
+        if (p->grid->kind[i] == PD_FLUID) y[i] *= pdi_grid_circumference(p->grid, i);
+}
+
+PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
+{
+    int32_t total = p->grid->total;
+    double volume = p->bonds->stencil->volume, conduct = p->bonds->stencil->lap_sum, least = 0.0, most = 0.0;
+    pdi_sum currents = {0.0, 0.0}, rounding = {0.0, 0.0};
+    pdi_balance_size size;
+    pdi_par_zero(ctx, total, p->absorb);
+    pdi_par_zero(ctx, total + p->floating, p->rest);
+    pdi_balance_bonds(ctx, p, p->phi, 0, p->rest);
+    for (int32_t i = 0; i < total; i++) {
+        if (p->grid->kind[i] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(p->grid, i);
+        p->rest[i] = around * pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0) - p->rest[i];
+        least = fmin(least, p->phi[i]);
+        most = fmax(most, p->phi[i]);
+    }
+    pdi_balance_currents(ctx, p);
+    for (int n = 0; n < p->desc.circuits; n++)
+        if (p->place[n] >= 0) p->rest[total + p->place[n]] = p->desc.circuit[n].value / volume;
+    for (int32_t n = 0; n < p->contacts.count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        int place = p->place[pdi_potential_circuit(p, c->electrode)];
+        double area = pdi_potential_area(p, c), enters = area * p->current[n];
+        double small = area * p->slope[n] * PDI_POTENTIAL_SMALL, drop = pdi_potential_drop(p, c);
+        double round = DBL_EPSILON * area * p->slope[n] * (fabs(drop) + fabs(p->level[p->pocket[c->node]]));
+        p->rest[c->node] += enters;
+        p->absorb[c->node] += c->area * p->slope[n];
+        if (place >= 0) p->rest[total + place] -= enters;
+        pdi_sum_add(&currents, enters * enters + small * small);
+        pdi_sum_add(&rounding, round * round);
+    }
+    for (int32_t i = 0; i < total; i++) {
+        if (p->grid->kind[i] != PD_FLUID) continue;
+        double around = pdi_grid_circumference(p->grid, i);
+        double enters = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
+        double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * fmax(most, -least);
+        pdi_sum_add(&currents, around * enters * around * enters);
+        pdi_sum_add(&rounding, round * round);
+    }
+    size.lack = sqrt(pdi_par_dot(ctx, total + p->floating, p->rest, p->rest));
+    size.currents = sqrt(pdi_sum_total(&currents));
+    size.rounding = PDI_BALANCE_ROUNDING * sqrt(pdi_sum_total(&rounding));
+    return size;
+}
+
+/* Slope of the energy at the share s of the step. */
+static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start, double bend, double s)
+{
+    int32_t total = p->grid->total;
+    int nt = pdi_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
+    pdi_sum sum = {0.0, 0.0};
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t n = 0; n < p->contacts.count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        int place = p->place[pdi_potential_circuit(p, c->electrode)];
+        double by = (place < 0 ? 0.0 : p->step[total + place]) - p->step[c->node], slope, u = p->surface[n];
+        double i = pdi_electrode_through(&p->desc.electrode[c->electrode], pdi_potential_drop(p, c) + s * by,
+                                         c->way / pdi_potential_kappa(p, c->node), &u, &slope);
+        p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
+    }
+    pdi_sum_add(&sum, start);
+    pdi_sum_add(&sum, s * bend);
+    for (int32_t n = 0; n < p->contacts.count; n++) pdi_sum_add(&sum, p->trial[n]);
+    return pdi_sum_total(&sum);
+}
+
+/* The energy is convex: its slope rises along the step, from below zero. */
+PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *p)
+{
+    int32_t total = p->grid->total, count = total + p->floating;
+    double start = -pdi_par_dot(ctx, count, p->rest, p->step), enough = PDI_BALANCE_ENOUGH * fabs(start);
+    pdi_par_zero(ctx, total, p->absorb);
+    pdi_par_zero(ctx, total, p->along);
+    pdi_balance_bonds(ctx, p, p->step, 1, p->along);
+    double bend = pdi_par_dot(ctx, total, p->step, p->along), size = pdi_par_max_abs(ctx, count, p->step);
+    double s = size > PDI_BALANCE_LONG ? PDI_BALANCE_LONG / size : 1.0, lo = 0.0, hi = s, low = start;
+    double high = pdi_balance_slope(ctx, p, start, bend, s);
+    for (int n = 0; n < PDI_BALANCE_DOUBLE && high < -enough; n++) {
+        lo = hi;
+        low = high;
+        hi *= 2.0;
+        high = pdi_balance_slope(ctx, p, start, bend, hi);
+    }
+    if (!(high > enough)) return hi;
+    for (int n = 0, last = 0; n < PDI_BALANCE_SEARCH; n++) { /* regula falsi with the Illinois rule, and halves */
+        s = n % 4 == 3 ? 0.5 * (lo + hi) : (lo * high - hi * low) / (high - low);
+        if (!(s > lo) || !(s < hi)) s = 0.5 * (lo + hi);
+        double here = pdi_balance_slope(ctx, p, start, bend, s);
+        if (fabs(here) <= enough) return s;
+        if (here > 0.0) {
+            hi = s;
+            high = here;
+            if (last == 1) low *= 0.5;
+        } else {
+            lo = s;
+            low = here;
+            if (last == -1) high *= 0.5;
+        }
+        last = here > 0.0 ? 1 : -1;
+    }
+    return lo > 0.0 ? lo : s;
+}
+
+PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
+{
+    double volume = p->bonds->stencil->volume;
+    pdi_sum through = {0.0, 0.0}, size = {0.0, 0.0}, all = {0.0, 0.0}, anodic = {0.0, 0.0};
+    for (int n = 0; n < p->desc.circuits; n++) {
+        pdi_sum sum = {0.0, 0.0};
+        for (int32_t k = 0; k < p->contacts.count; k++) {
+            const pd_contact *c = &p->contacts.list[k];
+            double area = pdi_potential_area(p, c), enters = area * p->current[k];
+            if (pdi_potential_circuit(p, c->electrode) != n) continue;
+            pdi_sum_add(&sum, enters);
+            pdi_sum_add(&all, enters);
+            pdi_sum_add(&size, fabs(enters) + area * p->slope[k] * PDI_POTENTIAL_SMALL);
+            pdi_sum_add(&anodic, fmax(enters, 0.0));
+        }
+        p->total[n] = volume * pdi_sum_total(&sum);
+    }
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        if (p->grid->kind[i] != PD_FLUID) continue;
+        double gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
+        pdi_sum_add(&through, pdi_grid_circumference(p->grid, i) * gain);
+    }
+    for (int32_t n = 0; n < p->boundary.count; n++)
+        for (int k = 0; k < p->bonds->stencil->count; k++) {
+            int64_t slot = (int64_t)n * p->bonds->stencil->count + k;
+            int32_t i = p->boundary.node[n], far = p->boundary.far[slot];
+            if (p->grid->kind[far] != PD_INLET) continue;
+            pdi_sum_add(&through, pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot] *
+                        (p->phi[far] - p->phi[i]));
+        }
+    pdi_sum_add(&all, pdi_sum_total(&through));
+    pdi_sum_add(&size, fabs(pdi_sum_total(&through)));
+    result->through = volume * pdi_sum_total(&through);
+    result->anodic = volume * pdi_sum_total(&anodic);
+    double sizes = pdi_sum_total(&size);
+    result->imbalance = sizes > 0.0 ? fabs(pdi_sum_total(&all)) / sizes : 0.0;
+}
+#endif /* cut */
+
+#if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>potential/distribution.c ======== */
+/* distribution: see distribution.h
+ *
+ * The field is that of diffusion at rest, with kappa for the diffusivity and what the curves say for what absorbs. The
+ * unknown potentials of circuits stand behind those of the nodes.
+ */
+#include <math.h>
+#include <string.h>
+
+#define PDI_DISTRIBUTION_TOLERANCE 1e-12
+#define PDI_DISTRIBUTION_NEWTON 200
+/* What a circuit has left without phi is at least this share of what its metal conducts: the answer of the electrolyte
+ * is that of a preconditioner. */
+#define PDI_DISTRIBUTION_LEFT 1e-3
+/* [cells] What is that near to a side lies on it. */
+#define PDI_DISTRIBUTION_TOUCH 1e-6
+
+/* kappa at a place in the box. */
+static double pdi_distribution_at(void *user, const double *x)
+{
+    const pd_potential *p = (const pd_potential *)user;
+    int i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double cell = floor((x[d] - p->grid->lo[d]) / p->grid->h[d]);
+        i[d] = (int)fmin(fmax(cell, 0.0), p->grid->n[d] - 1);
+    }
+    int32_t node = pd_grid_node(p->grid, i);
+    return p->grid->kind[node] == PD_FLUID ? p->desc.field[node] : p->desc.conductivity;
+}
+
+/* Potential [V] above the origin at a place of a wall. */
+static double pdi_distribution_wall(void *user, const double *x)
+{
+    const pd_potential *p = (const pd_potential *)user;
+    for (int s = 0; s < 2 * PD_DIM; s++) {
+        double side = s % 2 ? p->grid->hi[s / 2] : p->grid->lo[s / 2];
+        if (!p->desc.held[s] || p->grid->side[s] != PD_SIDE_WALL) continue;
+        if (fabs(x[s / 2] - side) <= PDI_DISTRIBUTION_TOUCH * p->grid->h[s / 2]) return p->desc.hold[s] - p->origin;
+    }
+    return (double)NAN;
+}
+
+/* Inlets hold theirs, or insulate. */
+static void pdi_distribution_inlets(pd_potential *p)
+{
+    const pd_bonds *bonds = p->bonds;
+    for (int32_t n = 0; n < p->boundary.count; n++)
+        for (int k = 0; k < bonds->stencil->count; k++) {
+            int64_t slot = (int64_t)n * bonds->stencil->count + k;
+            int32_t far = p->boundary.far[slot];
+            if (p->grid->kind[far] != PD_INLET) continue;
+            int side = pdi_circuit_side(p->grid, far);
+            p->phi[far] = p->desc.hold[side] - p->origin;
+            if (!p->desc.held[side]) p->flux.boundary_bond[slot] = 0.0;
+        }
+}
+
+typedef struct pdi_distribution_user {
+    pd_ctx *ctx;
+    pd_potential *p;
+} pdi_distribution_user;
+
+/* Second derivatives of the energy along x [total + floating]. */
+static void pdi_distribution_apply(void *user, const double *x, double *y)
+{
+    pdi_distribution_user *u = (pdi_distribution_user *)user;
+    pd_potential *p = u->p;
+    int32_t total = p->grid->total;
+    pdi_balance_bonds(u->ctx, p, x, 1, y);
+    for (int f = 0; f < p->floating; f++) y[total + f] = 0.0;
+    for (int32_t n = 0; n < p->contacts.count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        int place = p->place[pdi_potential_circuit(p, c->electrode)];
+        if (place < 0) continue;
+        double slope = pdi_potential_area(p, c) * p->slope[n];
+        y[c->node] -= slope * x[total + place];
+        y[total + place] += slope * (x[total + place] - x[c->node]);
+    }
+}
+
+/* y [total]: about what the electrolyte answers to x, with all E kept. */
+static void pdi_distribution_electrolyte(pd_ctx *ctx, pd_potential *p, const double *x, double *y)
+{
+    const pd_grid *grid = p->grid;
+    pdi_par_copy(ctx, grid->total, x, p->repeated);
+    for (int32_t i = 0; i < grid->total && grid->circumference; i++)
+        if (grid->kind[i] == PD_FLUID) p->repeated[i] /= pdi_grid_circumference(grid, i);
+    pdi_inverse_apply(ctx, &p->inverse, p->repeated, y);
+}
+
+static void pdi_distribution_precondition(void *user, const double *x, double *y)
+{
+    pdi_distribution_user *u = (pdi_distribution_user *)user;
+    pd_potential *p = u->p;
+    int32_t total = p->grid->total;
+    int count = p->floating;
+    pdi_distribution_electrolyte(u->ctx, p, x, y);
+    for (int f = 0; f < count; f++) y[total + f] = x[total + f];
+    for (int32_t n = 0; n < p->contacts.count && count; n++) {
+        const pd_contact *c = &p->contacts.list[n];
+        int place = p->place[pdi_potential_circuit(p, c->electrode)];
+        if (place >= 0) y[total + place] += pdi_potential_area(p, c) * p->slope[n] * y[c->node];
+    }
+    for (int f = 0; f < count; f++) { /* forwards and back with the factor */
+        for (int g = 0; g < f; g++) y[total + f] -= p->schur[f * count + g] * y[total + g];
+        y[total + f] /= p->schur[f * count + f];
+    }
+    for (int f = count - 1; f >= 0; f--) {
+        for (int g = f + 1; g < count; g++) y[total + f] -= p->schur[g * count + f] * y[total + g];
+        y[total + f] /= p->schur[f * count + f];
+    }
+    for (int f = 0; f < count; f++) pdi_par_axpy(u->ctx, total, y[total + f], p->answer + (int64_t)f * total, y);
+}
+
+/* What E has left without phi, and its factor (Cholesky), with pivots that stay positive. */
+static void pdi_distribution_schur(pd_ctx *ctx, pd_potential *p)
+{
+    int32_t total = p->grid->total;
+    int count = p->floating;
+    double *m = p->schur;
+    for (int f = 0; f < count; f++) {
+        pdi_par_zero(ctx, total, p->step);
+        for (int32_t n = 0; n < p->contacts.count; n++) {
+            const pd_contact *c = &p->contacts.list[n];
+            if (p->place[pdi_potential_circuit(p, c->electrode)] == f)
+                p->step[c->node] += pdi_potential_area(p, c) * p->slope[n];
+        }
+        pdi_par_zero(ctx, total, p->answer + (int64_t)f * total);
+        pdi_distribution_electrolyte(ctx, p, p->step, p->answer + (int64_t)f * total);
+    }
+    for (int f = 0; f < count; f++) {
+        double own = 0.0;
+        for (int g = 0; g <= f; g++) m[f * count + g] = 0.0;
+        for (int32_t n = 0; n < p->contacts.count; n++) {
+            const pd_contact *c = &p->contacts.list[n];
+            if (p->place[pdi_potential_circuit(p, c->electrode)] != f) continue;
+            double slope = pdi_potential_area(p, c) * p->slope[n];
+            own += slope;
+            for (int g = 0; g <= f; g++) m[f * count + g] -= slope * p->answer[(int64_t)g * total + c->node];
+        }
+        m[f * count + f] += own;
+        for (int g = 0; g <= f; g++) {
+            for (int k = 0; k < g; k++) m[f * count + g] -= m[f * count + k] * m[g * count + k];
+            if (g < f) m[f * count + g] /= m[g * count + g];
+        }
+        m[f * count + f] = sqrt(fmax(m[f * count + f], PDI_DISTRIBUTION_LEFT * own));
+    }
+}
+
+/* Newton's step for p->rest, to a share of it. */
+static pd_status pdi_distribution_linear(pd_ctx *ctx, pd_potential *p, double share, double rounding,
+                                      pd_potential_result *result)
+{
+    pdi_distribution_user user;
+    pd_krylov_result linear;
+    user.ctx = ctx;
+    user.p = p;
+    PDI_TRY(pdi_inverse_setup(ctx, &p->inverse, 0.0, NULL, 0));
+    pdi_distribution_schur(ctx, p);
+    p->krylov.desc.rtol = share;
+    p->krylov.desc.atol = 0.1 * rounding;
+    PDI_TRY(pdi_arena_lend(ctx, &p->arena, pdi_krylov_list, &p->krylov));
+    pd_status status = pdi_krylov_solve(ctx, &p->krylov, pdi_distribution_apply, pdi_distribution_precondition, &user,
+                                        p->rest, p->step, &linear);
+    result->krylov += linear.iterations;
+    if (status == PD_ERR_DIVERGED) status = PD_OK; /* the best step seen lowers the energy */
+    return pdi_arena_return(ctx, &p->arena, pdi_krylov_list, &p->krylov, status);
+}
+
+static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *p)
+{
+    for (int n = 0; n < p->desc.circuits; n++)
+        if (!(fabs(p->desc.circuit[n].value) < PDI_POTENTIAL_FAR))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "circuit %d: value %g, expected -1e6 to 1e6",
+                            n, p->desc.circuit[n].value);
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (p->desc.held[s] && !(fabs(p->desc.hold[s]) < PDI_POTENTIAL_FAR))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "side %d holds %g V, expected between -1e6 and 1e6", s,
+                            p->desc.hold[s]);
+    return PD_OK;
+}
+
+static pd_status pdi_distribution_begin(pd_ctx *ctx, pd_potential *p)
+{
+    PDI_TRY(pdi_distribution_check_values(ctx, p));
+    PDI_TRY(pdi_circuit_check(ctx, p));
+    for (int n = 0; n < p->desc.circuits; n++)
+        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) p->metal[n] = p->desc.circuit[n].value;
+    for (int32_t i = 0; i < p->grid->total; i++)
+        if (p->grid->kind[i] == PD_FLUID && (!p->wet[p->part[i]] || !(fabs(p->phi[i]) < PDI_POTENTIAL_FAR)))
+            p->phi[i] = 0.0;
+    p->origin = HUGE_VAL;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
+    if (!(p->origin < HUGE_VAL)) p->origin = 0.0;
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        p->level[i] = p->fixed[i] ? p->origin : 0.0;
+        if (p->pocket[i] >= 0 && p->fixed[p->pocket[i]]) p->phi[i] -= p->origin;
+    }
+    pdi_circuit_raise(p);
+    if (p->diffusion.wall_rate) pdi_diffusion_renew(&p->diffusion);
+    PDI_TRY(pdi_flux_refresh(ctx, &p->flux));
+    pdi_distribution_inlets(p);
+    return PD_OK;
+}
+
+static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potential_result *result)
+{
+    int32_t total = p->grid->total;
+    double last = HUGE_VAL;
+    for (;;) {
+        pdi_balance_size size = pdi_balance_rest(ctx, p);
+        double most = fmax(p->desc.tolerance * size.currents, size.rounding);
+        result->residual = size.currents > 0.0 ? size.lack / size.currents : 0.0;
+        if (!(size.lack < HUGE_VAL))
+            return pdi_fail(ctx, PD_ERR_DIVERGED, "potential", "a current is not finite after %d steps",
+                            result->newton);
+        if (size.lack <= most) return PD_OK;
+        if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
+        PDI_TRY(pdi_poll(ctx, "potential: Newton", result->newton));
+        double share = fmax(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
+        last = size.lack;
+        pd_status status = pdi_distribution_linear(ctx, p, share, size.rounding, result);
+        if (status < 0) return status;
+        double part = pdi_balance_share(ctx, p), far = 0.0;
+        for (int32_t i = 0; i < total; i++)
+            if (p->grid->kind[i] == PD_FLUID) p->phi[i] += part * p->step[i];
+        for (int n = 0; n < p->desc.circuits; n++) {
+            if (p->place[n] >= 0) p->metal[n] += part * p->step[total + p->place[n]];
+            far = fmax(far, fabs(p->metal[n]));
+        }
+        result->newton++;
+        pdi_circuit_raise(p);
+        far = fmax(far, pdi_par_max_abs(ctx, total, p->level));
+        if (!(far < PDI_POTENTIAL_FAR) || !(pdi_par_max_abs(ctx, total, p->phi) < PDI_POTENTIAL_FAR))
+            return pdi_fail(ctx, PD_ERR_STATE, "potential", "potentials leave every bound: there is no solution");
+    }
+}
+
+static void pdi_distribution_work_list(pdi_owner *owner, void *object)
+{
+    pd_potential *potential = (pd_potential *)object;
+    int64_t total = potential->grid->total, count = total + potential->floating;
+    PDI_ARRAY(owner, potential, absorb, total, "S/m3");
+    PDI_ARRAY(owner, potential, repeated, total, "V");
+    PDI_ARRAY(owner, potential, rest, count, "A/m3");
+    PDI_ARRAY(owner, potential, step, count, "V");
+    PDI_ARRAY(owner, potential, along, total, "A/m3");
+    PDI_ARRAY(owner, potential, answer, potential->floating * total, "1");
+    PDI_ARRAY(owner, potential, schur, potential->floating * potential->floating, "S/m3");
+    pdi_flux_list(owner, &potential->flux);
+    pdi_inverse_list(owner, &potential->inverse);
+}
+
+pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *result)
+{
+    memset(result, 0, sizeof *result);
+    PDI_TRY(pdi_arena_lend(ctx, &p->arena, pdi_distribution_work_list, p));
+    pdi_multigrid_open(&p->inverse.mg);
+    p->flux.absorb = p->absorb;
+    p->inverse.fresh = 0;
+    pd_status status = pdi_distribution_begin(ctx, p);
+    if (status >= 0) {
+        status = pdi_distribution_newton(ctx, p, result);
+        if (status >= 0) pdi_balance_totals(p, result);
+        for (int32_t i = 0; i < p->grid->total; i++)
+            if (p->pocket[i] >= 0) p->phi[i] += p->level[p->pocket[i]];
+        if (status >= 0) pdi_circuit_level(p);
+    }
+    pdi_multigrid_close(&p->inverse.mg);
+    return pdi_arena_return(ctx, &p->arena, pdi_distribution_work_list, p, status);
+}
+
+/* ---- building ---- */
+
+
+static void pdi_distribution_list(pdi_owner *owner, void *object)
+{
+    pd_potential *potential = (pd_potential *)object;
+    if (!potential->grid) return;
+    int64_t total = potential->grid->total, circuits = potential->desc.circuits;
+    PDI_STATE(owner, potential, phi, total, "V");
+    PDI_STATE(owner, potential, metal, circuits, "V");
+    PDI_ARRAY(owner, potential, total, circuits, "A");
+    PDI_ARRAY(owner, potential, pocket, total, "1");
+    PDI_ARRAY(owner, potential, level, total, "V");
+    PDI_ARRAY(owner, potential, fixed, total, "1");
+    PDI_ARRAY(owner, potential, part, total + circuits + 1, "1");
+    PDI_ARRAY(owner, potential, wet, total + circuits + 1, "1");
+    PDI_ARRAY(owner, potential, place, circuits, "1");
+}
+
+static void pdi_distribution_contact_list(pdi_owner *owner, void *object)
+{
+    pd_potential *potential = (pd_potential *)object;
+    int64_t count = potential->contacts.count;
+    PDI_ARRAY(owner, potential, current, count, "A/m2");
+    PDI_ARRAY(owner, potential, surface, count, "V");
+    PDI_ARRAY(owner, potential, slope, count, "S/m2");
+    PDI_ARRAY(owner, potential, trial, count, "A/m2");
+}
+
+static pd_status pdi_distribution_check(pd_ctx *ctx, const pd_grid *grid, const pd_potential_desc *desc)
+{
+    const char *where = "potential";
+    if (!(desc->conductivity > 0.0) || !(desc->conductivity < 1e100) || !(desc->tolerance >= 0.0) ||
+        !(desc->tolerance < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "conductivity %g S/m, tolerance %g: expected a positive one, and "
+                        "one from 0 to 1", desc->conductivity, desc->tolerance);
+    if (desc->electrodes < 1 || desc->electrodes > PD_ELECTRODES || !desc->electrode || desc->circuits < 1 ||
+        !desc->circuit)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%d electrodes and %d circuits, expected 1 to %d and at least 1",
+                        desc->electrodes, desc->circuits, PD_ELECTRODES);
+    for (int e = 0; e < desc->electrodes && desc->member; e++)
+        if (desc->member[e] < 0 || desc->member[e] >= desc->circuits)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "electrode %d is in circuit %d of %d", e, desc->member[e],
+                            desc->circuits);
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (desc->held[s] && grid->side[s] != PD_SIDE_WALL && grid->side[s] != PD_SIDE_INLET)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "side %d cannot hold a potential, expected a wall or an inlet",
+                            s);
+    if (desc->wide && desc->wide->reach > grid->ghost)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "the wide family reaches over %d cells, the grid has %d layers of "
+                        "ghosts", desc->wide->reach, grid->ghost);
+    return PD_OK;
+}
+
+/* Numbers by node, which may change with the geometry. */
+static pd_status pdi_distribution_check_nodes(pd_ctx *ctx, const pd_potential *p)
+{
+    char text[PDI_GRID_PLACE];
+    for (int32_t i = 0; i < p->grid->total; i++) {
+        const pd_potential_desc *desc = &p->desc;
+        if (p->grid->kind[i] == PD_SOLID && desc->metal && desc->metal[i] >= desc->electrodes)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the metal at %s m is electrode %d of %d",
+                            pdi_grid_place(p->grid, i, text), desc->metal[i], desc->electrodes);
+        if (p->grid->kind[i] == PD_FLUID && desc->field && !(desc->field[i] > 0.0 && desc->field[i] < 1e100))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "conductivity %g S/m at %s m, expected a positive "
+                            "number", desc->field[i], pdi_grid_place(p->grid, i, text));
+    }
+    return PD_OK;
+}
+
+static void pdi_distribution_krylov(const pd_potential *p, pd_krylov_desc *kd)
+{
+    memset(kd, 0, sizeof *kd);
+    kd->method = PD_KRYLOV_CG;
+    kd->n = (int64_t)p->grid->total + p->floating;
+    kd->zero_guess = 1;
+}
+
+/* Metal and pockets as they are now. */
+static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_contact_metal metal;
+    metal.electrode = p->desc.metal;
+    metal.left = p->desc.left;
+    metal.wide = p->desc.wide;
+    PDI_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
+    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
+    PDI_TRY(pdi_circuit_find(ctx, p));
+    for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
+    return PD_OK;
+}
+
+/* All that follows from bonds and conductivity. */
+static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
+{
+    pd_diffusion_desc dd;
+    pd_krylov_desc kd;
+    pd_multigrid_desc md;
+    int walls = 0;
+    PDI_TRY(pdi_distribution_check_nodes(ctx, p));
+    for (int s = 0; s < 2 * PD_DIM; s++) walls = walls || (p->desc.held[s] && p->grid->side[s] == PD_SIDE_WALL);
+    memset(&dd, 0, sizeof dd);
+    dd.diffusivity = p->desc.conductivity;
+    dd.field = p->desc.field ? pdi_distribution_at : NULL;
+    dd.held = walls ? pdi_distribution_wall : NULL;
+    dd.user = p;
+    dd.walls_only = 1;
+    p->origin = HUGE_VAL;
+    for (int s = 0; s < 2 * PD_DIM; s++)
+        if (p->desc.held[s]) p->origin = fmin(p->origin, p->desc.hold[s]);
+    PDI_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
+    PDI_TRY(pdi_boundary_build(ctx, p->bonds, &p->boundary));
+    p->flux.bonds = p->bonds;
+    p->flux.diffusion = &p->diffusion;
+    p->flux.boundary = &p->boundary;
+    PDI_TRY(pdi_flux_build(ctx, &p->flux));
+    PDI_TRY(pdi_distribution_survey(ctx, p));
+    pdi_compact_multigrid(p->grid, &md);
+    md.symmetric = md.contrast = 1;
+    md.arena = &p->arena;
+    p->inverse.flux = &p->flux;
+    PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
+    pdi_distribution_krylov(p, &kd);
+    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &p->krylov));
+    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
+    size_t work = pdi_arena_bytes(pdi_distribution_work_list, p);
+    return pdi_arena_fit(ctx, &p->arena, work + (setup > linear ? setup : linear));
+}
+
+static void pdi_distribution_empty(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_flux_free(ctx, &p->flux);
+    pdi_boundary_free(ctx, &p->boundary);
+    pdi_diffusion_free(ctx, &p->diffusion);
+    pdi_inverse_free(ctx, &p->inverse);
+    pdi_krylov_free(ctx, &p->krylov);
+    pdi_owner_free(ctx, pdi_distribution_contact_list, p);
+    pdi_contact_free(ctx, &p->contacts);
+    pd_arena_free(ctx, &p->arena);
+    memset(&p->inverse, 0, sizeof p->inverse);
+}
+
+static pd_status pdi_distribution_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds,
+                                    const pd_potential_desc *desc, pd_potential *p)
+{
+    memset(p, 0, sizeof *p);
+    PDI_TRY(pdi_distribution_check(ctx, grid, desc));
+    p->desc = *desc;
+    if (!p->desc.wide) p->desc.wide = bonds->stencil;
+    if (!(p->desc.tolerance > 0.0)) p->desc.tolerance = PDI_DISTRIBUTION_TOLERANCE;
+    if (p->desc.max_newton <= 0) p->desc.max_newton = PDI_DISTRIBUTION_NEWTON;
+    p->grid = grid;
+    p->bonds = bonds;
+    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_list, p));
+    PDI_TRY(pdi_distribution_check_values(ctx, p));
+    for (int n = 0; n < desc->circuits; n++)
+        if (desc->circuit[n].control == PD_CIRCUIT_POTENTIAL) p->metal[n] = desc->circuit[n].value;
+    return pdi_distribution_fill(ctx, p);
+}
+
+pd_status pd_potential_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_potential_desc *desc,
+                             pd_potential *p)
+{
+    pd_status status = pdi_distribution_make(ctx, grid, bonds, desc, p);
+    if (status < 0) pd_potential_free(ctx, p);
+    return status;
+}
+
+pd_status pd_potential_update(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_distribution_empty(ctx, p);
+    return pdi_distribution_fill(ctx, p);
+}
+
+void pd_potential_free(pd_ctx *ctx, pd_potential *p)
+{
+    pdi_distribution_empty(ctx, p);
+    pdi_owner_free(ctx, pdi_distribution_list, p);
+    memset(p, 0, sizeof *p);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options

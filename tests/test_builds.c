@@ -5,6 +5,7 @@
 #include "chemistry/speciation.h"
 #include "react/reactive.h"
 #include "fault.h"
+#include "potential/distribution.h"
 #include "scene_file.h"
 #include "run/sweep.h"
 #include "run/compare.h"
@@ -603,6 +604,36 @@ BUILD(reactive, pd_reactive)
     return pd_reactive_build(ctx, &l->pin.grid, &l->bonds, PD_DIM > 1 ? &l->flow : NULL, &d, o);
 }
 
+BUILD(electrode, pd_electrode)
+{
+    static const double u[3] = {-1.0, 0.0, 1.0}, i[3] = {-2.0, 0.0, 3.0};
+    pd_electrode_term term;
+    pd_electrode_desc d;
+    memset(&term, 0, sizeof term);
+    memset(&d, 0, sizeof d);
+    term.kind = PD_ELECTRODE_TABLE;
+    term.points = l->wrong ? 1 : 3;
+    term.potential = u;
+    term.current = i;
+    d.term = &term;
+    d.count = 1;
+    return pd_electrode_build(ctx, &d, o);
+}
+
+BUILD(potential, pd_potential)
+{
+    static const pd_circuit free_one = {PD_CIRCUIT_CURRENT, 0.0};
+    static pd_electrode ideal; /* without terms there is nothing to build */
+    pd_potential_desc d;
+    memset(&d, 0, sizeof d);
+    d.conductivity = l->wrong ? 0.0 : 1.0;
+    d.electrode = &ideal;
+    d.electrodes = 1;
+    d.circuit = &free_one;
+    d.circuits = 1;
+    return pd_potential_build(ctx, &l->pit.grid, &l->pit.bonds, &d, o);
+}
+
 /* ---- all of them ---- */
 
 typedef struct entry {
@@ -635,6 +666,7 @@ static const entry builds[] = {
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
     ROW(reactive, pd_reactive, 1, 1)
+    ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
 };
 #undef ROW
 /* others: what is read from files and texts, and a second build of one type */

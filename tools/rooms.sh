@@ -17,6 +17,7 @@ transport|what the liquid carries: advection, diffusion
 react|species that flow, diffuse and react
 solid|mechanics: points, elasticity, cracks
 metal|metals, laws, dissolving surfaces, pits, salt layers
+potential|electrodes, electric potential, galvanic currents
 couple|one step of everything; the ledger
 io|formats of files: VTK, PNG, CSV, state
 scene|scene files become a setup

@@ -11,7 +11,8 @@ import declare  # noqa: E402  pylint: disable=wrong-import-position
 ROOMS = {
     "core": "what everything else stands on", "lattice": "where things are", "solve": "how equations are solved",
     "flow": "how the fluid moves", "chemistry": "what species and reactions come to",
-    "transport": "how what is dissolved moves", "react": "how species move and react", "solid": "how metal bears loads", "metal": "how metal dissolves",
+    "transport": "how what is dissolved moves", "react": "how species move and react",
+    "solid": "how metal bears loads", "metal": "how metal dissolves", "potential": "electric currents around metals",
     "couple": "all of it together, in time", "io": "files and pictures",
     "scene": "scene files", "run": "whole runs",
 }

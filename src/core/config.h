@@ -7,8 +7,9 @@
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, couple, scene, run; kernels
- *                          (core, lattice, solve) stay
+ *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
+ *                          kernels (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -97,7 +98,8 @@
 #define PDI_FN extern
 #endif
 #elif defined(PDCORR_STATIC) || defined(PDCORR_NO_SCENE) || defined(PDCORR_NO_IO) || \
-    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_PHYSICS)
+    defined(PDCORR_NO_SOLID) || defined(PDCORR_NO_CHEMISTRY) || defined(PDCORR_NO_POTENTIAL) || \
+    defined(PDCORR_NO_PHYSICS)
 #define PDI_FN PDI_PRIVATE
 #else
 #define PDI_FN static

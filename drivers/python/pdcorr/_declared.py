@@ -12,6 +12,7 @@ PD_COUPLE_ELEMENTS = 8
 PD_COUPLE_PROCESSES = 8
 PD_CSV_COLUMNS = 256
 PD_CSV_FILE_LIMIT = 536870912
+PD_ELECTRODES = 256
 PD_EXPR_CODE = 1024
 PD_EXPR_LENGTH = 4096
 PD_EXPR_NESTING = 64
@@ -181,6 +182,11 @@ PD_METAL_SURFACE = 0
 PD_METAL_BONDS = 1
 PD_DRIVE_CONSTANT = 0
 PD_DRIVE_DIFFERENCE = 1
+PD_ELECTRODE_BUTLER_VOLMER = 0
+PD_ELECTRODE_LINEAR = 1
+PD_ELECTRODE_TABLE = 2
+PD_CIRCUIT_CURRENT = 0
+PD_CIRCUIT_POTENTIAL = 1
 PD_STRUCTURE_CORRESPONDENCE = 0
 PD_STRUCTURE_SPRINGS = 1
 PD_STRUCTURE_ORDINARY = 2
@@ -294,6 +300,8 @@ ENUMS = {
     'pd_kernel': {'PD_KERNEL_AREA': 0, 'PD_KERNEL_SQUARE': 1, 'PD_KERNEL_INVERSE': 2},
     'pd_metal_model': {'PD_METAL_SURFACE': 0, 'PD_METAL_BONDS': 1},
     'pd_drive': {'PD_DRIVE_CONSTANT': 0, 'PD_DRIVE_DIFFERENCE': 1},
+    'pd_electrode_kind': {'PD_ELECTRODE_BUTLER_VOLMER': 0, 'PD_ELECTRODE_LINEAR': 1, 'PD_ELECTRODE_TABLE': 2},
+    'pd_circuit_control': {'PD_CIRCUIT_CURRENT': 0, 'PD_CIRCUIT_POTENTIAL': 1},
     'pd_structure_material': {'PD_STRUCTURE_CORRESPONDENCE': 0, 'PD_STRUCTURE_SPRINGS': 1, 'PD_STRUCTURE_ORDINARY': 2, 'PD_STRUCTURE_NEO_HOOKEAN': 3, 'PD_STRUCTURE_HENCKY': 4},
     'pd_map': {'PD_MAP_SEQUENTIAL': 0, 'PD_MAP_DIVERGING': 1, 'PD_MAP_LABELS': 2, 'PD_MAP_GREY': 3, 'PD_MAP_VIRIDIS': 4},
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
@@ -2285,6 +2293,144 @@ def declare(dim):
         ('krylov', c_int64),
     ]
 
+    class pd_electrode_term(Structure):
+        pass
+    pd_electrode_term._fields_ = [
+        ('kind', c_int),
+        ('equilibrium', c_double),
+        ('exchange', c_double),
+        ('anodic', c_double),
+        ('cathodic', c_double),
+        ('anodic_limit', c_double),
+        ('cathodic_limit', c_double),
+        ('resistance', c_double),
+        ('points', c_int),
+        ('potential', POINTER(c_double)),
+        ('current', POINTER(c_double)),
+    ]
+
+    class pd_electrode_desc(Structure):
+        pass
+    pd_electrode_desc._fields_ = [
+        ('term', POINTER(pd_electrode_term)),
+        ('count', c_int),
+        ('equilibrium', c_double),
+        ('film', c_double),
+    ]
+
+    class pd_electrode(Structure):
+        pass
+    pd_electrode._fields_ = [
+        ('desc', pd_electrode_desc),
+        ('term', POINTER(pd_electrode_term)),
+        ('count', c_int),
+        ('points', c_int),
+        ('potential', POINTER(c_double)),
+        ('current', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
+        ('scale', c_double),
+    ]
+
+    class pd_contact(Structure):
+        pass
+    pd_contact._fields_ = [
+        ('node', c_int32),
+        ('electrode', c_int),
+        ('area', c_double),
+        ('way', c_double),
+    ]
+
+    class pd_contacts(Structure):
+        pass
+    pd_contacts._fields_ = [
+        ('list', POINTER(pd_contact)),
+        ('count', c_int32),
+        ('capacity', c_int32),
+    ]
+
+    class pd_pieces(Structure):
+        pass
+    pd_pieces._fields_ = [
+        ('electrodes', c_int),
+        ('circuits', c_int),
+        ('material', c_int * 256),
+        ('member', c_int * 256),
+    ]
+
+    class pd_circuit(Structure):
+        pass
+    pd_circuit._fields_ = [
+        ('control', c_int),
+        ('value', c_double),
+    ]
+
+    class pd_potential_desc(Structure):
+        pass
+    pd_potential_desc._fields_ = [
+        ('conductivity', c_double),
+        ('field', POINTER(c_double)),
+        ('electrode', POINTER(pd_electrode)),
+        ('electrodes', c_int),
+        ('metal', POINTER(c_uint8)),
+        ('circuit', POINTER(pd_circuit)),
+        ('circuits', c_int),
+        ('member', POINTER(c_int)),
+        ('wide', POINTER(pd_stencil)),
+        ('left', POINTER(c_double)),
+        ('held', c_int * (2 * dim)),
+        ('hold', c_double * (2 * dim)),
+        ('tolerance', c_double),
+        ('max_newton', c_int),
+    ]
+
+    class pd_potential(Structure):
+        pass
+    pd_potential._fields_ = [
+        ('desc', pd_potential_desc),
+        ('grid', POINTER(pd_grid)),
+        ('bonds', POINTER(pd_bonds)),
+        ('phi', POINTER(c_double)),
+        ('metal', POINTER(c_double)),
+        ('total', POINTER(c_double)),
+        ('contacts', pd_contacts),
+        ('current', POINTER(c_double)),
+        ('surface', POINTER(c_double)),
+        ('slope', POINTER(c_double)),
+        ('trial', POINTER(c_double)),
+        ('pocket', POINTER(c_int32)),
+        ('level', POINTER(c_double)),
+        ('fixed', POINTER(c_uint8)),
+        ('part', POINTER(c_int32)),
+        ('wet', POINTER(c_uint8)),
+        ('place', POINTER(c_int32)),
+        ('floating', c_int),
+        ('origin', c_double),
+        ('diffusion', pd_diffusion),
+        ('boundary', pd_boundary),
+        ('flux', pd_flux),
+        ('inverse', pd_inverse),
+        ('krylov', pd_krylov),
+        ('arena', pd_arena),
+        ('absorb', POINTER(c_double)),
+        ('repeated', POINTER(c_double)),
+        ('rest', POINTER(c_double)),
+        ('step', POINTER(c_double)),
+        ('along', POINTER(c_double)),
+        ('answer', POINTER(c_double)),
+        ('schur', POINTER(c_double)),
+    ]
+
+    class pd_potential_result(Structure):
+        pass
+    pd_potential_result._fields_ = [
+        ('newton', c_int),
+        ('krylov', c_int),
+        ('residual', c_double),
+        ('imbalance', c_double),
+        ('through', c_double),
+        ('anodic', c_double),
+    ]
+
     class pd_measure_plane_result(Structure):
         pass
     pd_measure_plane_result._fields_ = [
@@ -3619,6 +3765,14 @@ def declare(dim):
         'pd_dissolve_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_stencil), POINTER(pd_transport), POINTER(pd_dissolve_desc), POINTER(pd_dissolve)]),
         'pd_dissolve_process': (pd_process, [POINTER(pd_dissolve)]),
         'pd_dissolve_free': (None, [POINTER(pd_ctx), POINTER(pd_dissolve)]),
+        'pd_electrode_build': (c_int, [POINTER(pd_ctx), POINTER(pd_electrode_desc), POINTER(pd_electrode)]),
+        'pd_electrode_current': (c_double, [POINTER(pd_electrode), c_double, POINTER(c_double)]),
+        'pd_electrode_free': (None, [POINTER(pd_ctx), POINTER(pd_electrode)]),
+        'pd_pieces_find': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(c_uint8), POINTER(c_uint8), POINTER(pd_pieces)]),
+        'pd_potential_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_potential_desc), POINTER(pd_potential)]),
+        'pd_potential_update': (c_int, [POINTER(pd_ctx), POINTER(pd_potential)]),
+        'pd_potential_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_potential), POINTER(pd_potential_result)]),
+        'pd_potential_free': (None, [POINTER(pd_ctx), POINTER(pd_potential)]),
         'pd_measure_plane': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport), c_int, c_int, POINTER(pd_measure_plane_result)]),
         'pd_measure_exchange': (None, [POINTER(pd_ctx), POINTER(pd_paths), POINTER(pd_transport), POINTER(pd_dissolve), POINTER(c_double), POINTER(c_double), c_int, POINTER(c_double), POINTER(c_double)]),
         'pd_measure_box': (None, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(pd_measure_box_result)]),
