@@ -160,6 +160,8 @@
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
  *     contour    lines of one value in a field on a two-dimensional lattice, by marching squares.
+ *     streamline evenly spaced lines along a velocity on a two-dimensional lattice (Jobard and Lefer 1997).
+ *     arrows     a flow over a picture, as streamlines with heads and as arrows on a regular grid.
  *     picture    a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp.
  *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG or SVG.
@@ -7270,6 +7272,78 @@ PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_cont
 
 #endif
 
+/* ======== >>io/streamline.h ======== */
+/* streamline: evenly spaced lines along a velocity on a two-dimensional lattice (Jobard and Lefer 1997).
+ *
+ * Velocities stand in the middles of cells and are bilinear between them. At the face of a cell where nothing flows,
+ * and at a closed side, the component across is zero and the component along goes on. So a line runs along such a face
+ * and does not pass it. A line begins at least `apart` from all others, beside one of them where there is room. It ends
+ * at a side, where the fluid is at rest, and where it comes nearer than half of `apart` to another line or to itself.
+ * One thread finds all lines, each from those before it.
+ */
+#ifndef PD_STREAMLINE_H
+#define PD_STREAMLINE_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_stream {
+    int nx, ny;
+    const double *u[2]; /* [nx * ny] [m/s] along both axes, the first one to the right first; NaN: nothing flows */
+    double cell[2];     /* [m] of a cell */
+    double size[2];     /* the same on paper; all places and distances below are in its unit */
+    double apart;       /* between lines */
+    int closed[4];      /* 1: nothing passes the side x-, x+, y-, y+ */
+    int mirrored;       /* 1: lines are drawn below y = 0, too, and keep half the distance from there */
+} pdi_stream;
+
+typedef struct pdi_streamline {
+    int64_t first, count; /* of its points */
+    int closed;           /* 1: it ends where it begins */
+} pdi_streamline;
+
+/* Zero-initialise. */
+typedef struct pdi_streamlines {
+    int64_t count, room;             /* lines */
+    pdi_streamline *line;            /* [room] */
+    int64_t points, point_room;
+    double *at;                      /* [point_room][2] in the sense of the flow */
+} pdi_streamlines;
+
+/* Velocity at a place; 0: nothing flows there, or it lies outside. */
+PDI_FN int pdi_stream_velocity(const pdi_stream *stream, const double *at, double *velocity);
+/* Largest speed of a cell [m/s], 0 without any. */
+PDI_FN double pdi_stream_fastest(const pdi_stream *stream);
+PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *stream, pdi_streamlines *lines);
+PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
+#endif
+
+#endif
+
+/* ======== >>io/arrows.h ======== */
+/* arrows: a flow over a picture, as streamlines with heads and as arrows on a regular grid. */
+#ifndef PD_ARROWS_H
+#define PD_ARROWS_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_arrows {
+    const pdi_stream *stream; /* its paper has the unit pixel */
+    double left, bottom;      /* [pixel] where its corner stands; y is upward from there */
+    double fastest;           /* [m/s] of an arrow as long as `longest` */
+    double longest;           /* [pixel], and the distance between arrows */
+} pdi_arrows;
+
+/* With stream->mirrored also below the bottom. */
+PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
+/* Arrows with their middles on a regular grid, as long as the fluid is fast. */
+PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
+/* Of the arrow that explains their length: its speed [m/s], the largest of 1, 2 and 5 times a power of ten that is not
+ * longer than `longest`; text[32]: "2 mm/s". */
+PDI_FN double pdi_arrows_scale(double fastest, char *text);
+/* An arrow from (x, y) to the right. */
+PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);
+#endif
+
+#endif
+
 /* ======== >>io/picture.h ======== */
 /* picture: a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp. */
 #ifndef PD_PICTURE_H
@@ -7280,6 +7354,8 @@ PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_cont
 #define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
 #define PD_PICTURE_MOST 4000 /* largest one */
 #define PD_PICTURE_CONTOURS 32 /* lines of one value, at most */
+#define PD_PICTURE_FEWEST 4 /* streamlines or arrows side by side, at least */
+#define PD_PICTURE_DENSEST 100 /* the same, at most */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -7310,6 +7386,12 @@ typedef struct pd_picture {
     int name_count;
     int contour_count;        /* lines of one value, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
     const double *contours;   /* [contour_count] [-] their values; NULL: they part the range of colours evenly */
+    int streamlines;          /* of the velocity, evenly spaced: how many fit side by side into `width`, 4 to 100; 0:
+                               * none are drawn */
+    int vectors;              /* the same of arrows on a regular grid */
+    const double *velocity;   /* [2][nx * ny] [m/s] along both axes; NaN: nothing flows there */
+    double fastest;           /* [m/s] of the longest arrow; 0: the largest speed */
+    int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)
@@ -8402,6 +8484,8 @@ typedef struct pd_setup_drawing {
     int contours[PD_FIELD_COUNT];    /* lines of one value */
     int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
     double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
+    int streamlines[PD_FIELD_COUNT]; /* of the flow, over the field: as of pd_picture; 0: none */
+    int vectors[PD_FIELD_COUNT];     /* the same of arrows */
 } pd_setup_drawing;
 
 typedef struct pd_setup {
@@ -9271,6 +9355,7 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
 typedef struct pd_images_view {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
     double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+    double fastest;          /* [m/s] largest speed in the plane */
 } pd_images_view;
 
 typedef struct pd_images {
@@ -9283,6 +9368,7 @@ typedef struct pd_images {
     uint8_t *paint;          /* [cells] pd_paint */
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
     double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
     pd_images_view view[PD_FIELD_COUNT];
     int64_t frames;          /* so far */
@@ -44172,6 +44258,555 @@ PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_pi
                 pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, piece, user);
         }
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
+/* ======== >>io/streamline.c ======== */
+/* streamline: see streamline.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_STREAMLINE_NEAR 0.5 /* times the distance between lines: nearer to another one a line ends */
+#define PDI_STREAMLINE_REST 1e-4 /* times the largest speed: slower fluid is at rest */
+#define PDI_STREAMLINE_MEET 0.02 /* times the distance between lines: a line that comes back so near is closed */
+#define PDI_STREAMLINE_SHORT 1.5 /* times that distance: shorter open lines are not drawn */
+#define PDI_STREAMLINE_CLEAR 0.3 /* times that distance: nearer to a face a line does not begin, but in a narrow gap */
+#define PDI_STREAMLINE_STEP 0.25 /* [cells] of a step, at most */
+#define PDI_STREAMLINE_STEPS 8.0 /* steps over the distance between lines, at least */
+#define PDI_STREAMLINE_FINE 64.0 /* the same, at most */
+#define PDI_STREAMLINE_STORED 12.0 /* stored points over that distance */
+#define PDI_STREAMLINE_HALVES 6 /* how often a step is halved where it leaves the flow */
+
+/* A stored point in the lists by which near lines are found. */
+typedef struct pdi_streamline_mark {
+    double x, y;
+    double along; /* length of the line from its seed, with its sign */
+    int64_t line;
+    int64_t next; /* -1: none */
+} pdi_streamline_mark;
+
+typedef struct pdi_streamline_search {
+    pd_ctx *ctx;
+    const pdi_stream *f;
+    pdi_streamlines *lines;
+    double step, least;      /* least: speed on paper over that of the velocity's unit */
+    int every;               /* steps between stored points */
+    int columns, rows;       /* of squares as wide as lines are apart */
+    int64_t *head;           /* [columns * rows] first mark of a square, -1: none */
+    pdi_streamline_mark *mark;
+    int64_t marks, mark_room;
+} pdi_streamline_search;
+
+/* ---- velocity ---- */
+
+/* The cell, or beyond an open side the nearest one; -1: nothing flows there. */
+static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
+{
+    if ((i < 0 && f->closed[0]) || (i >= f->nx && f->closed[1]) || (j < 0 && f->closed[2]) ||
+        (j >= f->ny && f->closed[3]))
+        return -1;
+    i = i < 0 ? 0 : i >= f->nx ? f->nx - 1 : i;
+    j = j < 0 ? 0 : j >= f->ny ? f->ny - 1 : j;
+    int64_t cell = (int64_t)j * f->nx + i;
+    return isnan(f->u[0][cell]) || isnan(f->u[1][cell]) ? -1 : cell;
+}
+
+/* Component d in the middle of the face between two cells that lie side by side along an axis, of which the first one
+ * flows. */
+static double pdi_streamline_face(const pdi_stream *f, int64_t own, int64_t next, int d, int axis)
+{
+    if (next >= 0) return 0.5 * (f->u[d][own] + f->u[d][next]);
+    return d == axis ? 0.0 : f->u[d][own];
+}
+
+/* Component d where four cells meet: cell[k] lies to the right for k & 1, above for k & 2. */
+static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, int d)
+{
+    double sum = 0.0;
+    int count = 0, other = 1 << d;
+    for (int k = 0; k < 4; k++) {
+        if (cell[k] < 0) continue;
+        if (cell[k ^ other] < 0) return 0.0;
+        sum += f->u[d][cell[k]];
+        count++;
+    }
+    return sum / count;
+}
+
+PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *velocity)
+{
+    double x = at[0] / f->size[0], y = at[1] / f->size[1];
+    if (!(x >= 0.0 && x <= f->nx && y >= 0.0 && y <= f->ny)) return 0;
+    int i = x < f->nx ? (int)x : f->nx - 1, j = y < f->ny ? (int)y : f->ny - 1;
+    int di = x - i >= 0.5 ? 1 : -1, dj = y - j >= 0.5 ? 1 : -1;
+    double a = 2.0 * fabs(x - i - 0.5), b = 2.0 * fabs(y - j - 0.5); /* 0: middle, 1: face */
+    int64_t own = pdi_streamline_cell(f, i, j), beside = pdi_streamline_cell(f, i + di, j);
+    int64_t above = pdi_streamline_cell(f, i, j + dj), cell[4];
+    if (own < 0) return 0;
+    for (int k = 0; k < 4; k++)
+        cell[k] = pdi_streamline_cell(f, k & 1 ? i + di : i, k & 2 ? j + dj : j);
+    for (int d = 0; d < 2; d++) {
+        double value = (1.0 - a) * (1.0 - b) * f->u[d][own] + a * (1.0 - b) * pdi_streamline_face(f, own, beside, d, 0);
+        value += (1.0 - a) * b * pdi_streamline_face(f, own, above, d, 1) + a * b * pdi_streamline_corner(f, cell, d);
+        velocity[d] = value * f->size[d] / f->cell[d];
+    }
+    return 1;
+}
+
+PDI_FN double pdi_stream_fastest(const pdi_stream *f)
+{
+    double fastest = 0.0;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) fastest = fmax(fastest, hypot(f->u[0][k], f->u[1][k]));
+    return fastest;
+}
+
+/* The same on paper; *cell: where it is. */
+static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
+{
+    double fastest = 0.0;
+    *cell = -1;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
+        double speed = hypot(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        if (!(speed > fastest)) continue;
+        fastest = speed;
+        *cell = k;
+    }
+    return fastest;
+}
+
+/* ---- what is near ---- */
+
+static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, double y)
+{
+    int column = (int)(x / s->f->apart), row = (int)(y / s->f->apart);
+    column = column < 0 ? 0 : column >= s->columns ? s->columns - 1 : column;
+    row = row < 0 ? 0 : row >= s->rows ? s->rows - 1 : row;
+    return &s->head[(int64_t)row * s->columns + column];
+}
+
+static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, double along)
+{
+    if (s->marks == s->mark_room) {
+        int64_t room = 2 * s->mark_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->mark_room, room, s->mark));
+        s->mark_room = room;
+    }
+    pdi_streamline_mark *mark = &s->mark[s->marks];
+    int64_t *head = pdi_streamline_square(s, at[0], at[1]);
+    mark->x = at[0];
+    mark->y = at[1];
+    mark->along = along;
+    mark->line = s->lines->count;
+    mark->next = *head;
+    *head = s->marks++;
+    return PD_OK;
+}
+
+/* Take back the last marks, down to `marks`. */
+static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
+{
+    while (s->marks > marks) {
+        const pdi_streamline_mark *mark = &s->mark[--s->marks];
+        *pdi_streamline_square(s, mark->x, mark->y) = mark->next;
+    }
+}
+
+/* Is there a mark within `reach`? own: of the line that is being made, as far as it has come round; else: of others. */
+static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double reach, int own, double along)
+{
+    double bend = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
+    int column = (int)(at[0] / s->f->apart), row = (int)(at[1] / s->f->apart);
+    for (int j = row - 1; j <= row + 1; j++)
+        for (int i = column - 1; i <= column + 1; i++) {
+            if (i < 0 || i >= s->columns || j < 0 || j >= s->rows) continue;
+            for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
+                const pdi_streamline_mark *mark = &s->mark[k];
+                if ((mark->line == s->lines->count) != own) continue;
+                if (own && fabs(mark->along - along) < bend) continue;
+                if (hypot(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+            }
+        }
+    return 0;
+}
+
+/* ---- one line ---- */
+
+/* The unit vector of the velocity; 0: nothing flows there. */
+static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *way)
+{
+    double u[2];
+    if (!pdi_stream_velocity(s->f, at, u)) return 0;
+    double speed = hypot(u[0], u[1]);
+    if (!(speed > s->least)) return 0;
+    way[0] = sense * u[0] / speed;
+    way[1] = sense * u[1] / speed;
+    return 1;
+}
+
+/* A step of the classical Runge-Kutta method of order 4; 0: it leaves the flow. */
+static int pdi_streamline_step(const pdi_streamline_search *s, const double *from, double sense, double step,
+                               double *to)
+{
+    static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    double way[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
+    for (int stage = 0; stage < 4; stage++) {
+        double at[2] = {from[0] + part[stage] * step * way[0], from[1] + part[stage] * step * way[1]};
+        if (!pdi_streamline_way(s, at, sense, way)) return 0;
+        for (int d = 0; d < 2; d++) sum[d] += weight[stage] * way[d];
+    }
+    for (int d = 0; d < 2; d++) to[d] = from[d] + step * sum[d];
+    return pdi_streamline_way(s, to, sense, way);
+}
+
+static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at, double along)
+{
+    pdi_streamlines *l = s->lines;
+    if (l->points == l->point_room) {
+        int64_t room = 2 * l->point_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_room, 2 * room, l->at));
+        l->point_room = room;
+    }
+    l->at[2 * l->points] = at[0];
+    l->at[2 * l->points++ + 1] = at[1];
+    return pdi_streamline_put(s, at, along);
+}
+
+/* Does the piece from a to b pass the seed? */
+static int pdi_streamline_meets(const pdi_streamline_search *s, const double *seed, const double *a, const double *b)
+{
+    double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
+    double share = (x * dx + y * dy) / (dx * dx + dy * dy);
+    return share >= 0.0 && share <= 1.0 && fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * hypot(dx, dy);
+}
+
+/* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
+static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
+{
+    for (int d = 0; d < 2; d++) {
+        int blocked[2];
+        for (int up = 0; up < 2; up++) {
+            double to[2] = {at[0], at[1]};
+            to[d] += (up ? 1 : -1) * PDI_STREAMLINE_CLEAR * f->apart;
+            blocked[up] = pdi_streamline_cell(f, (int)floor(to[0] / f->size[0]), (int)floor(to[1] / f->size[1])) < 0;
+        }
+        if (blocked[0] != blocked[1]) return 1;
+    }
+    return 0;
+}
+
+static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double reach)
+{
+    return pdi_streamline_near(s, at, reach, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * reach);
+}
+
+/* From the seed on; the points are stored behind it. A line that comes back to itself goes on for a while: perhaps it
+ * closes. */
+static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *seed, double sense, double *length,
+                                     int *closed)
+{
+    pdi_streamlines *l = s->lines;
+    double at[2] = {seed[0], seed[1]}, to[2], step = s->step, back = HUGE_VAL;
+    int64_t points = 0, marks = 0;
+    *length = 0.0;
+    *closed = 0;
+    for (int64_t n = 1; step > s->step / (1 << PDI_STREAMLINE_HALVES); n++) {
+        if (!pdi_streamline_step(s, at, sense, step, to)) {
+            step *= 0.5;
+            continue;
+        }
+        double along = *length + step;
+        if (pdi_streamline_crowded(s, to, PDI_STREAMLINE_NEAR * s->f->apart)) break;
+        *closed = along > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
+        if (*closed) {
+            *length = along;
+            return pdi_streamline_store(s, seed, sense * along);
+        }
+        if (back > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
+            back = along;
+            points = l->points;
+            marks = s->marks;
+        }
+        if (along > back + PDI_PI * s->f->apart) break;
+        memcpy(at, to, sizeof at);
+        *length = along;
+        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * along));
+    }
+    if (!(back < HUGE_VAL)) return PD_OK;
+    l->points = points;
+    pdi_streamline_take_back(s, marks);
+    *length = back;
+    return PD_OK;
+}
+
+static void pdi_streamline_reverse(double *at, int64_t count)
+{
+    for (int64_t a = 0, b = count - 1; a < b; a++, b--)
+        for (int d = 0; d < 2; d++) {
+            double other = at[2 * a + d];
+            at[2 * a + d] = at[2 * b + d];
+            at[2 * b + d] = other;
+        }
+}
+
+/* A line through the seed, where there is room for one. */
+static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed)
+{
+    pdi_streamlines *l = s->lines;
+    int64_t first = l->points, marks = s->marks;
+    double way[2], length[2] = {0.0, 0.0};
+    int closed = 0;
+    if (!pdi_streamline_way(s, seed, 1.0, way) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
+    if (pdi_streamline_crowded(s, seed, s->f->apart)) return PD_OK;
+    if (l->count == l->room) {
+        int64_t room = 2 * l->room + 64;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->room, room, l->line));
+        l->room = room;
+    }
+    PDI_TRY(pdi_streamline_store(s, seed, 0.0));
+    PDI_TRY(pdi_streamline_half(s, seed, -1.0, &length[0], &closed));
+    pdi_streamline_reverse(&l->at[2 * first], l->points - first);
+    if (!closed) PDI_TRY(pdi_streamline_half(s, seed, 1.0, &length[1], &closed));
+    if (!closed && length[0] + length[1] < PDI_STREAMLINE_SHORT * s->f->apart) {
+        l->points = first;
+        pdi_streamline_take_back(s, marks);
+        return PD_OK;
+    }
+    l->line[l->count].first = first;
+    l->line[l->count].count = l->points - first;
+    l->line[l->count++].closed = closed;
+    return PD_OK;
+}
+
+/* Lines beside those from `from` on, and beside those that this adds. */
+static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
+{
+    pdi_streamlines *l = s->lines;
+    for (int64_t k = from; k < l->count; k++)
+        for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
+            for (int side = -1; side <= 1; side += 2) {
+                double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
+                double out = side * s->f->apart * (1.0 + 1e-6) / hypot(dx, dy);
+                double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
+                PDI_TRY(pdi_streamline_try(s, seed));
+            }
+    return PD_OK;
+}
+
+static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
+{
+    const pdi_stream *f = s->f;
+    double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->size[0], ((double)(fastest / f->nx) + 0.5) * f->size[1]};
+    PDI_TRY(pdi_streamline_try(s, seed));
+    PDI_TRY(pdi_streamline_beside(s, 0));
+    for (int j = 0; j < 2 * s->rows; j++) /* what has no way to the lines so far */
+        for (int i = 0; i < 2 * s->columns; i++) {
+            int64_t count = s->lines->count;
+            seed[0] = (i + 0.5) * f->nx * f->size[0] / (2.0 * s->columns);
+            seed[1] = (j + 0.5) * f->ny * f->size[1] / (2.0 * s->rows);
+            PDI_TRY(pdi_streamline_try(s, seed));
+            PDI_TRY(pdi_streamline_beside(s, count));
+        }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_streamlines *lines)
+{
+    pdi_streamline_search s;
+    int64_t fastest;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.f = f;
+    s.lines = lines;
+    s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
+    if (fastest < 0) return PD_OK;
+    s.step = fmin(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * fmin(f->size[0], f->size[1]));
+    s.step = fmax(f->apart / PDI_STREAMLINE_FINE, s.step);
+    s.every = (int)fmax(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
+    s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
+    s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
+    int64_t squares = (int64_t)s.columns * s.rows;
+    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.head));
+    for (int64_t k = 0; k < squares; k++) s.head[k] = -1;
+    pd_status status = pdi_streamline_all(&s, fastest);
+    PDI_DELETE(ctx, squares, s.head);
+    PDI_DELETE(ctx, s.mark_room, s.mark);
+    return status;
+}
+
+PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
+{
+    PDI_DELETE(ctx, lines->room, lines->line);
+    PDI_DELETE(ctx, 2 * lines->point_room, lines->at);
+    memset(lines, 0, sizeof *lines);
+}
+
+#undef PDI_STREAMLINE_NEAR
+#undef PDI_STREAMLINE_REST
+#undef PDI_STREAMLINE_MEET
+#undef PDI_STREAMLINE_SHORT
+#undef PDI_STREAMLINE_CLEAR
+#undef PDI_STREAMLINE_STEP
+#undef PDI_STREAMLINE_STEPS
+#undef PDI_STREAMLINE_FINE
+#undef PDI_STREAMLINE_STORED
+#undef PDI_STREAMLINE_HALVES
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>io/arrows.c ======== */
+/* arrows: see arrows.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_ARROWS_LINE 1.3 /* [pixel] width of lines */
+#define PDI_ARROWS_RIM 3.1 /* [pixel] width with the light rim that sets them off */
+#define PDI_ARROWS_HEAD 9.0 /* [pixel] length of a head */
+#define PDI_ARROWS_HALF 3.6 /* [pixel] half its width */
+#define PDI_ARROWS_FAN 3 /* strokes on each side of a head's middle that fill it */
+#define PDI_ARROWS_EVERY 7.0 /* times the distance between streamlines: from head to head */
+#define PDI_ARROWS_SHARE 0.45 /* of an arrow that its head takes, at most */
+#define PDI_ARROWS_LEAST 3.0 /* [pixel] shorter arrows are not drawn */
+
+/* A head of this length with its tip there; (dx, dy): unit vector. */
+static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
+{
+    double half = PDI_ARROWS_HALF / PDI_ARROWS_HEAD * length;
+    for (int k = -PDI_ARROWS_FAN; k <= PDI_ARROWS_FAN; k++) {
+        double out = half * k / PDI_ARROWS_FAN;
+        pdi_canvas_stroke(canvas, x, y, x - length * dx - out * dy, y - length * dy + out * dx);
+    }
+}
+
+static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
+{
+    double length = hypot(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double dx = (xb - xa) / length, dy = (yb - ya) / length;
+    pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
+    pdi_arrows_head(canvas, xb, yb, dx, dy, head);
+}
+
+/* The rim (core = 0), then what it sets off. */
+static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
+{
+    return pdi_canvas_strokes(ctx, canvas, core ? PDI_ARROWS_LINE : PDI_ARROWS_RIM,
+                              core ? PDI_CANVAS_INK : PDI_CANVAS_PAPER);
+}
+
+/* ---- streamlines ---- */
+
+/* One line, upward or downward from the bottom. A head stands in its middle, others at equal distances from there. */
+static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
+{
+    double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
+    for (int64_t k = 1; k < count; k++) length += hypot(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+    double next = fmod(0.5 * length, every);
+    if (next < 0.5 * a->stream->apart) next += every;
+    for (int64_t k = 1; k < count; k++) {
+        double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
+        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]), piece = hypot(dx, dy);
+        pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
+        along += piece;
+        if (along < next || next > length - 0.25 * a->stream->apart) continue;
+        pdi_arrows_head(canvas, x + dx, y + dy, dx / piece, dy / piece, PDI_ARROWS_HEAD);
+        next += every;
+    }
+}
+
+PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    pdi_streamlines lines;
+    memset(&lines, 0, sizeof lines);
+    pd_status status = pdi_streamlines_find(ctx, a->stream, &lines);
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int64_t k = 0; k < lines.count && status == PD_OK; k++)
+            for (int up = 1; up >= (a->stream->mirrored ? -1 : 1); up -= 2)
+                pdi_arrows_line(a, canvas, &lines.at[2 * lines.line[k].first], lines.line[k].count, up);
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    pdi_streamlines_free(ctx, &lines);
+    return status;
+}
+
+/* ---- arrows ---- */
+
+/* The arrow at a place of the paper; 0: there is none. */
+static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
+{
+    const pdi_stream *f = a->stream;
+    double u[2];
+    if (!pdi_stream_velocity(f, at, u)) return 0;
+    for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
+    return hypot(end[0], end[1]) >= PDI_ARROWS_LEAST;
+}
+
+PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    const pdi_stream *f = a->stream;
+    int count[2];
+    double size[2] = {f->nx * f->size[0], f->ny * f->size[1]}, end[2];
+    pd_status status = PD_OK;
+    for (int d = 0; d < 2; d++) count[d] = (int)fmax(1.0, floor(size[d] / a->longest));
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {
+            double at[2] = {(k % count[0] + 0.5) * size[0] / count[0], (k / count[0] + 0.5) * size[1] / count[1]};
+            if (!(a->fastest > 0.0) || !pdi_arrows_at(a, at, end)) continue;
+            double x = a->left + at[0], y = a->bottom - at[1];
+            pdi_arrows_arrow(canvas, x - 0.5 * end[0], y + 0.5 * end[1], x + 0.5 * end[0], y - 0.5 * end[1]);
+        }
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    return status;
+}
+
+PDI_FN double pdi_arrows_scale(double fastest, char *text)
+{
+    static const char *const units[] = {"nm/s", "\xC2\xB5m/s", "mm/s", "m/s", "km/s"};
+    static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0, 1e3};
+    int unit = 0;
+    double power = pow(10.0, floor(log10(fastest) + 1e-9)), lead = fastest / power * (1.0 + 1e-9);
+    double speed = (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0) * power;
+    while (unit < 4 && speed >= 0.04 * sizes[unit + 1]) unit++;
+    snprintf(text, 32, "%.3g %s", speed / sizes[unit], units[unit]);
+    return speed;
+}
+
+PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length)
+{
+    pd_status status = pdi_arrows_begin(ctx, canvas, 1);
+    if (status == PD_OK) pdi_arrows_arrow(canvas, x, y, x + length, y);
+    pdi_canvas_strokes_end(ctx, canvas);
+    return status;
+}
+
+#undef PDI_ARROWS_LINE
+#undef PDI_ARROWS_RIM
+#undef PDI_ARROWS_HEAD
+#undef PDI_ARROWS_HALF
+#undef PDI_ARROWS_FAN
+#undef PDI_ARROWS_EVERY
+#undef PDI_ARROWS_SHARE
+#undef PDI_ARROWS_LEAST
 
 /* ======== >>io/picture.c ======== */
 /* picture: see picture.h */
@@ -44209,6 +44844,9 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
+    double fastest;             /* [m/s] of the longest arrow */
+    double longest, scale;      /* [pixel] of it, and of the arrow that explains it; scale 0: there are none */
+    char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
     double label_lo, label_hi;            /* of all labels that are shown */
@@ -44240,6 +44878,12 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
     if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_PICTURE_CONTOURS);
+    for (int k = 0; k < 2; k++) {
+        int across = k ? p->vectors : p->streamlines;
+        if (across && (across < PD_PICTURE_FEWEST || across > PD_PICTURE_DENSEST || !p->velocity))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d %s side by side, expected 0 or %d to %d, with "
+                            "velocities", across, k ? "vectors" : "streamlines", PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -44414,6 +45058,48 @@ static int pdi_picture_widest(const pdi_ticks *axis)
     return widest;
 }
 
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
+{
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+/* The flow in pixels of the field. */
+static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
+{
+    pdi_stream f;
+    const pdi_picture_scale *scale[2] = {&l->x, &l->y};
+    memset(&f, 0, sizeof f);
+    f.nx = p->nx;
+    f.ny = p->ny;
+    for (int d = 0; d < 2; d++) {
+        f.u[d] = p->velocity + (size_t)d * (size_t)p->nx * (size_t)p->ny;
+        f.size[d] = pdi_picture_pixel(scale[d], 1.0);
+        f.cell[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
+    }
+    f.apart = p->streamlines ? (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->streamlines : 0.0;
+    memcpy(f.closed, p->closed, sizeof f.closed);
+    return f;
+}
+
+/* How long arrows are. */
+static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
+{
+    if (!p->vectors) return;
+    pdi_stream f = pdi_picture_stream(p, l);
+    l->longest = (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->vectors;
+    l->fastest = p->fastest > 0 ? p->fastest : pdi_stream_fastest(&f);
+    if (!(l->fastest > 0)) return;
+    /* a stretched axis has longer arrows: those along x are explained */
+    l->scale = pdi_arrows_scale(l->fastest, l->scale_label) / l->fastest * l->longest;
+}
+
+/* [pixel] of the arrow that explains the others, with its text. */
+static int pdi_picture_scale_width(const pdi_picture_layout *l)
+{
+    return (int)ceil(l->scale) + 10 + pdi_canvas_text_width(l->scale_label);
+}
+
 /* The label of the x axis also confesses a stretched axis. */
 static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
 {
@@ -44450,6 +45136,8 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
     l->x_label_start = centred > l->y_label ? centred : l->y_label;
     if (l->x_label_start + label > right) right = l->x_label_start + label;
+    if (l->scale > 0 && l->x_label_start + label + 24 + pdi_picture_scale_width(l) > right)
+        right = l->x_label_start + label + 24 + pdi_picture_scale_width(l);
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
@@ -44552,12 +45240,6 @@ typedef struct pdi_picture_pen {
     pdi_canvas *canvas;
 } pdi_picture_pen;
 
-/* [pixel] of a place in cells along an axis of the field. */
-static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
-{
-    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
-}
-
 static void pdi_picture_piece(void *user, const double *a, const double *b)
 {
     const pdi_picture_pen *pen = (const pdi_picture_pen *)user;
@@ -44600,6 +45282,27 @@ static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pd
     return status;
 }
 
+/* The flow over the cells. Of a mirrored picture the upper half has streamlines, which are drawn twice. */
+static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    pd_status status = PD_OK;
+    if (!p->streamlines && !(l->scale > 0)) return PD_OK;
+    pdi_stream whole = pdi_picture_stream(p, l), half = whole;
+    pdi_arrows arrows = {&whole, (double)l->left, (double)(l->top + l->y.pixels), l->fastest, l->longest};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    if (l->scale > 0) status = pdi_arrows_grid(ctx, &arrows, canvas);
+    if (p->mirrored) {
+        arrows.stream = &half;
+        half.ny = p->ny / 2;
+        for (int d = 0; d < 2; d++) half.u[d] += (size_t)(p->ny - half.ny) * (size_t)p->nx;
+        half.closed[2] = half.mirrored = 1;
+        arrows.bottom -= pdi_picture_pixel(&l->y, p->ny - half.ny);
+    }
+    if (p->streamlines && status == PD_OK) status = pdi_arrows_lines(ctx, &arrows, canvas);
+    pdi_canvas_unclip(canvas);
+    return status;
+}
+
 /* Marks on the bar where contours stand. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
@@ -44627,7 +45330,8 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return pdi_picture_contours(ctx, p, l, canvas);
+    PDI_TRY(pdi_picture_contours(ctx, p, l, canvas));
+    return pdi_picture_flow(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -44697,14 +45401,21 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     }
 }
 
-/* Key of what has no colour of the bar, right of the x label as far as there is room. */
-static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
+ * the bar. */
+static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
     static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
     int there[3] = {l->has_wall, l->has_solid, l->has_blank};
     int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    if (l->scale > 0) {
+        int width = pdi_picture_scale_width(l), start = x - width > end ? x - width : end;
+        PDI_TRY(pdi_arrows_one(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL, l->scale));
+        pdi_canvas_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_INK, l->scale_label);
+        x = start - 24;
+    }
     for (int k = 0; k < 3; k++) {
         int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
         if (!there[k] || x - width < end) continue;
@@ -44714,6 +45425,7 @@ static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
         pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
+    return PD_OK;
 }
 
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -44741,6 +45453,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
     pdi_picture_x_label(picture, &l);
+    pdi_picture_arrow(picture, &l);
     if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
     pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
@@ -44750,9 +45463,8 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
     else pdi_picture_legend(picture, &l, canvas);
-    pdi_picture_key(&l, canvas);
     pdi_picture_header(picture, &l, canvas);
-    return PD_OK;
+    return pdi_picture_key(ctx, &l, canvas);
 }
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
@@ -49499,6 +50211,11 @@ static const pd_key pdi_keys_of_output[] = {
      "`yes`: a film of each drawn field, `C_film.png`"},
     {"contours", "of the field", "none",
      "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
+    {"streamlines", "-", "none",
+     "2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, how "
+     "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
+    {"vectors", "-", "none",
+     "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},
@@ -53606,6 +54323,8 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
 #include <string.h>
 
 #define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+#define PDI_READ_DRAWING_STREAMLINES 36 /* that fit side by side, when the scene does not say how many */
+#define PDI_READ_DRAWING_VECTORS 30 /* the same of arrows */
 
 typedef struct pdi_read_drawing {
     pd_ctx *ctx;
@@ -53745,7 +54464,25 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* ---- contours ---- */
+/* ---- lines ---- */
+
+/* Cut the item behind its first word; what stands there. */
+static char *pdi_read_drawing_behind(char *item)
+{
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    return from + strspn(from, " \t");
+}
+
+/* A whole number between both; 0: it is none. */
+static int pdi_read_drawing_count(const char *from, int lo, int hi)
+{
+    int count = 0;
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= hi; k++) count = 10 * count + (from[k] - '0');
+    return !from[digits] && count >= lo && count <= hi ? count : 0;
+}
 
 /* 1: the word is a number, or begins as one. */
 static int pdi_read_drawing_digit(const char *word)
@@ -53790,11 +54527,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT];
-    int field, count = 0;
-    size_t word = strcspn(item, " \t");
-    char *from = item + word + (item[word] != '\0');
-    item[word] = '\0';
-    from += strspn(from, " \t");
+    int field;
+    char *from = pdi_read_drawing_behind(item);
     PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
     PDI_TRY(pdi_read_drawing_still(r, "contours", field));
     if (pdi_setup_field_numbered((pd_field)field))
@@ -53806,10 +54540,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
         drawing->levels[field] = 1;
         return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
     }
-    size_t digits = strspn(from, "0123456789");
-    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
-    drawing->contours[field] = count;
-    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
+    if (drawing->contours[field]) return PD_OK;
     pdi_setup_field_unit((pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
@@ -53822,6 +54554,30 @@ static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
     if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
     while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
+/* "v, C 40": fields over which the flow is drawn, with a number of lines or arrows that fit side by side. */
+static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int usual, int *across)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    int field;
+    if (!pdi_text_has(r->ctx, r->text, r->section, key)) return PD_OK;
+    if (pdi_setup_field_needs(r->setup, PD_FIELD_V))
+        return pdi_text_refuse(r->ctx, r->text, r->section, key, "found without %s",
+                               pdi_setup_field_needs(r->setup, PD_FIELD_V));
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, key, NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        const char *from = pdi_read_drawing_behind(item);
+        PDI_TRY(pdi_read_drawing_field(r, key, item, &field));
+        PDI_TRY(pdi_read_drawing_still(r, key, field));
+        if (across[field]) return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s' twice", item);
+        across[field] = *from ? pdi_read_drawing_count(from, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST) : usual;
+        if (!across[field])
+            return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.60s' behind '%s', expected how many fit "
+                                   "side by side, from %d to %d", from, item, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     return PD_OK;
 }
 
@@ -53844,16 +54600,18 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours"};
+    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 4; k++)
+    for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
     PDI_TRY(pdi_read_drawing_contours(r));
+    PDI_TRY(pdi_read_drawing_flow(r, "streamlines", PDI_READ_DRAWING_STREAMLINES, drawing->streamlines));
+    PDI_TRY(pdi_read_drawing_flow(r, "vectors", PDI_READ_DRAWING_VECTORS, drawing->vectors));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -53862,7 +54620,8 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
+                                       "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
@@ -53894,6 +54653,8 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
 }
 
 #undef PDI_READ_DRAWING_ITEM
+#undef PDI_READ_DRAWING_STREAMLINES
+#undef PDI_READ_DRAWING_VECTORS
 
 /* ======== >>scene/read_measured.c ======== */
 /* read_measured: see read_measured.h */
@@ -55754,8 +56515,8 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
-    double largest = 0.0;
+    int lines = 0, flows = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    double largest = 0.0, across = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
@@ -55776,7 +56537,14 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
-    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        lines = lines || u->drawing.contours[k];
+        flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
+        across = fmax(across, u->drawing.streamlines[k]);
+    }
+    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    /* points of streamlines, 12 of 80 bytes over the distance between lines */
+    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
     if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;
@@ -57026,6 +57794,13 @@ static int pdi_images_drawn(const pd_images *im, pd_field field)
     return (int)(im->model->setup->images >> field & 1u);
 }
 
+/* Is the flow drawn over it? */
+static int pdi_images_flows(const pd_images *im, pd_field field)
+{
+    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    return drawing->streamlines[field] || drawing->vectors[field];
+}
+
 static int pdi_images_log(const pd_images *im, pd_field field)
 {
     return (int)(im->model->setup->drawing.log >> field & 1u);
@@ -57116,6 +57891,20 @@ static int pdi_images_joined(const void *user, int cell, int other)
     return 0;
 }
 
+/* The flow of this instant. */
+static void pdi_images_velocities(pd_images *im)
+{
+    const pd_model *m = im->model;
+    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        im->velocity[k] = fluid ? pdi_images_round(right[node]) : (double)NAN;
+        im->velocity[im->cells + k] = fluid ? pdi_images_round(mirrored ? -up[node] : up[node]) : (double)NAN;
+    }
+}
+
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
@@ -57176,6 +57965,8 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     pd_images_view *view = &im->view[field];
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
+    for (int64_t k = 0; im->model->setup->drawing.vectors[field] && k < im->cells; k++)
+        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, field)) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
@@ -57234,6 +58025,20 @@ static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, do
     pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
 }
 
+static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *picture)
+{
+    const pd_grid *grid = &im->model->grid;
+    if (!pdi_images_flows(im, field)) return;
+    picture->streamlines = im->model->setup->drawing.streamlines[field];
+    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->velocity = im->velocity;
+    picture->fastest = im->view[field].fastest;
+    for (int k = 0; k < 4; k++) {
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
+        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+    }
+}
+
 static void pdi_images_names(pd_field field, pd_picture *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
@@ -57270,6 +58075,7 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->contour_count = drawing->contours[field];
     picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_flow(im, field, picture);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
@@ -57419,13 +58225,14 @@ static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_
         PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
         PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
     }
+    if (pdi_images_flows(im, field)) PDI_TRY(pdi_images_numbers(ctx, file, reading, im->velocity, 2 * im->cells));
     return pdi_images_bytes(ctx, file, reading, &end, 1);
 }
 
 /* [byte] of it. */
 static int64_t pdi_images_size(const pd_images *im, pd_field field)
 {
-    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+    return im->cells * ((pdi_images_moved(im, field) ? 14 : 5) + (pdi_images_flows(im, field) ? 8 : 0)) + 1;
 }
 
 static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
@@ -57450,6 +58257,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     memset(&warp, 0, sizeof warp);
     im->last = frame;
     if (im->move) pdi_images_moves(im);
+    if (im->velocity) pdi_images_velocities(im);
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_images_drawn(im, field)) continue;
@@ -57553,7 +58361,8 @@ static int pdi_images_grow(const pd_images *im)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field) &&
+                    !im->model->setup->drawing.vectors[field];
         if (pdi_images_drawn(im, field) && !known) return 1;
     }
     return 0;
@@ -57566,6 +58375,8 @@ static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
         PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
+        if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
     return PDI_NEW(ctx, "images", im->cells, im->joined);
@@ -57624,6 +58435,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, im->cells, im->cell);
     PDI_DELETE(ctx, im->cells, im->paint);
     PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
     PDI_DELETE(ctx, im->cells, im->sorted);
     memset(im, 0, sizeof *im);

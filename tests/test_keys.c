@@ -112,6 +112,7 @@ static const char *const texts[] = {
     "[run] until = 1 s  fraction = 0.1\n[output] prefix = a  folder = b  images = C, rate  range = C 0 .. 500 mol/m3\n"
     "percentile = 98 %  contours = C 3\n"
     "log = rate  map = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
+    BOX WATER "\n[output] images = v  streamlines = v 50  vectors = v\n",
     BOX "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0\n[side x+] flow = outlet\n"
     WATER "order = 4\n[transport] D = 1e-9 m2/s  advection = upwind\n[run] until = 1 s\n"
     "[shape a] cylinder = y  centre = 10 um, 0  radius = 2 um\n[shape c] ball = 10 um, 10 um  radius = 2 um\n"

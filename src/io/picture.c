@@ -1,5 +1,6 @@
 /* picture: see picture.h */
 #include "io/picture.h"
+#include "io/arrows.h"
 #include "io/canvas.h"
 #include "io/contour.h"
 #include "io/label.h"
@@ -38,6 +39,9 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
+    double fastest;             /* [m/s] of the longest arrow */
+    double longest, scale;      /* [pixel] of it, and of the arrow that explains it; scale 0: there are none */
+    char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
     double label_lo, label_hi;            /* of all labels that are shown */
@@ -69,6 +73,12 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
     if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_PICTURE_CONTOURS);
+    for (int k = 0; k < 2; k++) {
+        int across = k ? p->vectors : p->streamlines;
+        if (across && (across < PD_PICTURE_FEWEST || across > PD_PICTURE_DENSEST || !p->velocity))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d %s side by side, expected 0 or %d to %d, with "
+                            "velocities", across, k ? "vectors" : "streamlines", PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -243,6 +253,48 @@ static int pdi_picture_widest(const pdi_ticks *axis)
     return widest;
 }
 
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
+{
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+/* The flow in pixels of the field. */
+static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
+{
+    pdi_stream f;
+    const pdi_picture_scale *scale[2] = {&l->x, &l->y};
+    memset(&f, 0, sizeof f);
+    f.nx = p->nx;
+    f.ny = p->ny;
+    for (int d = 0; d < 2; d++) {
+        f.u[d] = p->velocity + (size_t)d * (size_t)p->nx * (size_t)p->ny;
+        f.size[d] = pdi_picture_pixel(scale[d], 1.0);
+        f.cell[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
+    }
+    f.apart = p->streamlines ? (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->streamlines : 0.0;
+    memcpy(f.closed, p->closed, sizeof f.closed);
+    return f;
+}
+
+/* How long arrows are. */
+static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
+{
+    if (!p->vectors) return;
+    pdi_stream f = pdi_picture_stream(p, l);
+    l->longest = (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->vectors;
+    l->fastest = p->fastest > 0 ? p->fastest : pdi_stream_fastest(&f);
+    if (!(l->fastest > 0)) return;
+    /* a stretched axis has longer arrows: those along x are explained */
+    l->scale = pdi_arrows_scale(l->fastest, l->scale_label) / l->fastest * l->longest;
+}
+
+/* [pixel] of the arrow that explains the others, with its text. */
+static int pdi_picture_scale_width(const pdi_picture_layout *l)
+{
+    return (int)ceil(l->scale) + 10 + pdi_canvas_text_width(l->scale_label);
+}
+
 /* The label of the x axis also confesses a stretched axis. */
 static void pdi_picture_x_label(const pd_picture *p, pdi_picture_layout *l)
 {
@@ -279,6 +331,8 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
     l->x_label_start = centred > l->y_label ? centred : l->y_label;
     if (l->x_label_start + label > right) right = l->x_label_start + label;
+    if (l->scale > 0 && l->x_label_start + label + 24 + pdi_picture_scale_width(l) > right)
+        right = l->x_label_start + label + 24 + pdi_picture_scale_width(l);
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
@@ -381,12 +435,6 @@ typedef struct pdi_picture_pen {
     pdi_canvas *canvas;
 } pdi_picture_pen;
 
-/* [pixel] of a place in cells along an axis of the field. */
-static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
-{
-    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
-}
-
 static void pdi_picture_piece(void *user, const double *a, const double *b)
 {
     const pdi_picture_pen *pen = (const pdi_picture_pen *)user;
@@ -429,6 +477,27 @@ static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pd
     return status;
 }
 
+/* The flow over the cells. Of a mirrored picture the upper half has streamlines, which are drawn twice. */
+static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    pd_status status = PD_OK;
+    if (!p->streamlines && !(l->scale > 0)) return PD_OK;
+    pdi_stream whole = pdi_picture_stream(p, l), half = whole;
+    pdi_arrows arrows = {&whole, (double)l->left, (double)(l->top + l->y.pixels), l->fastest, l->longest};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    if (l->scale > 0) status = pdi_arrows_grid(ctx, &arrows, canvas);
+    if (p->mirrored) {
+        arrows.stream = &half;
+        half.ny = p->ny / 2;
+        for (int d = 0; d < 2; d++) half.u[d] += (size_t)(p->ny - half.ny) * (size_t)p->nx;
+        half.closed[2] = half.mirrored = 1;
+        arrows.bottom -= pdi_picture_pixel(&l->y, p->ny - half.ny);
+    }
+    if (p->streamlines && status == PD_OK) status = pdi_arrows_lines(ctx, &arrows, canvas);
+    pdi_canvas_unclip(canvas);
+    return status;
+}
+
 /* Marks on the bar where contours stand. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
@@ -456,7 +525,8 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return pdi_picture_contours(ctx, p, l, canvas);
+    PDI_TRY(pdi_picture_contours(ctx, p, l, canvas));
+    return pdi_picture_flow(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -526,14 +596,21 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     }
 }
 
-/* Key of what has no colour of the bar, right of the x label as far as there is room. */
-static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
+ * the bar. */
+static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
     static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
     int there[3] = {l->has_wall, l->has_solid, l->has_blank};
     int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    if (l->scale > 0) {
+        int width = pdi_picture_scale_width(l), start = x - width > end ? x - width : end;
+        PDI_TRY(pdi_arrows_one(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL, l->scale));
+        pdi_canvas_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_INK, l->scale_label);
+        x = start - 24;
+    }
     for (int k = 0; k < 3; k++) {
         int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
         if (!there[k] || x - width < end) continue;
@@ -543,6 +620,7 @@ static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
         pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
+    return PD_OK;
 }
 
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -570,6 +648,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
     pdi_picture_x_label(picture, &l);
+    pdi_picture_arrow(picture, &l);
     if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
     pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
@@ -579,9 +658,8 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
     else pdi_picture_legend(picture, &l, canvas);
-    pdi_picture_key(&l, canvas);
     pdi_picture_header(picture, &l, canvas);
-    return PD_OK;
+    return pdi_picture_key(ctx, &l, canvas);
 }
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)

@@ -418,8 +418,8 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
-    double largest = 0.0;
+    int lines = 0, flows = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    double largest = 0.0, across = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
@@ -440,7 +440,14 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
-    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        lines = lines || u->drawing.contours[k];
+        flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
+        across = fmax(across, u->drawing.streamlines[k]);
+    }
+    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    /* points of streamlines, 12 of 80 bytes over the distance between lines */
+    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
     if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;

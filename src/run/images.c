@@ -35,6 +35,13 @@ static int pdi_images_drawn(const pd_images *im, pd_field field)
     return (int)(im->model->setup->images >> field & 1u);
 }
 
+/* Is the flow drawn over it? */
+static int pdi_images_flows(const pd_images *im, pd_field field)
+{
+    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    return drawing->streamlines[field] || drawing->vectors[field];
+}
+
 static int pdi_images_log(const pd_images *im, pd_field field)
 {
     return (int)(im->model->setup->drawing.log >> field & 1u);
@@ -125,6 +132,20 @@ static int pdi_images_joined(const void *user, int cell, int other)
     return 0;
 }
 
+/* The flow of this instant. */
+static void pdi_images_velocities(pd_images *im)
+{
+    const pd_model *m = im->model;
+    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        im->velocity[k] = fluid ? pdi_images_round(right[node]) : (double)NAN;
+        im->velocity[im->cells + k] = fluid ? pdi_images_round(mirrored ? -up[node] : up[node]) : (double)NAN;
+    }
+}
+
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
@@ -185,6 +206,8 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     pd_images_view *view = &im->view[field];
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
+    for (int64_t k = 0; im->model->setup->drawing.vectors[field] && k < im->cells; k++)
+        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_images_known(im->model->setup, field)) return PD_OK;
     pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
@@ -243,6 +266,20 @@ static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, do
     pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
 }
 
+static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *picture)
+{
+    const pd_grid *grid = &im->model->grid;
+    if (!pdi_images_flows(im, field)) return;
+    picture->streamlines = im->model->setup->drawing.streamlines[field];
+    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->velocity = im->velocity;
+    picture->fastest = im->view[field].fastest;
+    for (int k = 0; k < 4; k++) {
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
+        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+    }
+}
+
 static void pdi_images_names(pd_field field, pd_picture *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
@@ -279,6 +316,7 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->contour_count = drawing->contours[field];
     picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_flow(im, field, picture);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
@@ -428,13 +466,14 @@ static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_
         PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
         PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
     }
+    if (pdi_images_flows(im, field)) PDI_TRY(pdi_images_numbers(ctx, file, reading, im->velocity, 2 * im->cells));
     return pdi_images_bytes(ctx, file, reading, &end, 1);
 }
 
 /* [byte] of it. */
 static int64_t pdi_images_size(const pd_images *im, pd_field field)
 {
-    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+    return im->cells * ((pdi_images_moved(im, field) ? 14 : 5) + (pdi_images_flows(im, field) ? 8 : 0)) + 1;
 }
 
 static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
@@ -459,6 +498,7 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     memset(&warp, 0, sizeof warp);
     im->last = frame;
     if (im->move) pdi_images_moves(im);
+    if (im->velocity) pdi_images_velocities(im);
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_images_drawn(im, field)) continue;
@@ -562,7 +602,8 @@ static int pdi_images_grow(const pd_images *im)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field) &&
+                    !im->model->setup->drawing.vectors[field];
         if (pdi_images_drawn(im, field) && !known) return 1;
     }
     return 0;
@@ -575,6 +616,8 @@ static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
         PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
+        if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
     return PDI_NEW(ctx, "images", im->cells, im->joined);
@@ -633,6 +676,7 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, im->cells, im->cell);
     PDI_DELETE(ctx, im->cells, im->paint);
     PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
     PDI_DELETE(ctx, im->cells, im->sorted);
     memset(im, 0, sizeof *im);

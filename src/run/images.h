@@ -15,6 +15,7 @@
 typedef struct pd_images_view {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
     double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+    double fastest;          /* [m/s] largest speed in the plane */
 } pd_images_view;
 
 typedef struct pd_images {
@@ -27,6 +28,7 @@ typedef struct pd_images {
     uint8_t *paint;          /* [cells] pd_paint */
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
     double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
     pd_images_view view[PD_FIELD_COUNT];
     int64_t frames;          /* so far */

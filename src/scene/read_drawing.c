@@ -7,6 +7,8 @@
 #include <string.h>
 
 #define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+#define PDI_READ_DRAWING_STREAMLINES 36 /* that fit side by side, when the scene does not say how many */
+#define PDI_READ_DRAWING_VECTORS 30 /* the same of arrows */
 
 typedef struct pdi_read_drawing {
     pd_ctx *ctx;
@@ -146,7 +148,25 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* ---- contours ---- */
+/* ---- lines ---- */
+
+/* Cut the item behind its first word; what stands there. */
+static char *pdi_read_drawing_behind(char *item)
+{
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    return from + strspn(from, " \t");
+}
+
+/* A whole number between both; 0: it is none. */
+static int pdi_read_drawing_count(const char *from, int lo, int hi)
+{
+    int count = 0;
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= hi; k++) count = 10 * count + (from[k] - '0');
+    return !from[digits] && count >= lo && count <= hi ? count : 0;
+}
 
 /* 1: the word is a number, or begins as one. */
 static int pdi_read_drawing_digit(const char *word)
@@ -191,11 +211,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT];
-    int field, count = 0;
-    size_t word = strcspn(item, " \t");
-    char *from = item + word + (item[word] != '\0');
-    item[word] = '\0';
-    from += strspn(from, " \t");
+    int field;
+    char *from = pdi_read_drawing_behind(item);
     PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
     PDI_TRY(pdi_read_drawing_still(r, "contours", field));
     if (pdi_setup_field_numbered((pd_field)field))
@@ -207,10 +224,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
         drawing->levels[field] = 1;
         return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
     }
-    size_t digits = strspn(from, "0123456789");
-    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
-    drawing->contours[field] = count;
-    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
+    if (drawing->contours[field]) return PD_OK;
     pdi_setup_field_unit((pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
@@ -223,6 +238,30 @@ static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
     if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
     while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
+/* "v, C 40": fields over which the flow is drawn, with a number of lines or arrows that fit side by side. */
+static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int usual, int *across)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    int field;
+    if (!pdi_text_has(r->ctx, r->text, r->section, key)) return PD_OK;
+    if (pdi_setup_field_needs(r->setup, PD_FIELD_V))
+        return pdi_text_refuse(r->ctx, r->text, r->section, key, "found without %s",
+                               pdi_setup_field_needs(r->setup, PD_FIELD_V));
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, key, NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        const char *from = pdi_read_drawing_behind(item);
+        PDI_TRY(pdi_read_drawing_field(r, key, item, &field));
+        PDI_TRY(pdi_read_drawing_still(r, key, field));
+        if (across[field]) return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s' twice", item);
+        across[field] = *from ? pdi_read_drawing_count(from, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST) : usual;
+        if (!across[field])
+            return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.60s' behind '%s', expected how many fit "
+                                   "side by side, from %d to %d", from, item, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     return PD_OK;
 }
 
@@ -245,16 +284,18 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours"};
+    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 4; k++)
+    for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
     PDI_TRY(pdi_read_drawing_contours(r));
+    PDI_TRY(pdi_read_drawing_flow(r, "streamlines", PDI_READ_DRAWING_STREAMLINES, drawing->streamlines));
+    PDI_TRY(pdi_read_drawing_flow(r, "vectors", PDI_READ_DRAWING_VECTORS, drawing->vectors));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -263,7 +304,8 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
+                                       "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
@@ -295,3 +337,5 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
 }
 
 #undef PDI_READ_DRAWING_ITEM
+#undef PDI_READ_DRAWING_STREAMLINES
+#undef PDI_READ_DRAWING_VECTORS

@@ -248,6 +248,8 @@ typedef struct pd_setup_drawing {
     int contours[PD_FIELD_COUNT];    /* lines of one value */
     int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
     double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
+    int streamlines[PD_FIELD_COUNT]; /* of the flow, over the field: as of pd_picture; 0: none */
+    int vectors[PD_FIELD_COUNT];     /* the same of arrows */
 } pd_setup_drawing;
 
 typedef struct pd_setup {

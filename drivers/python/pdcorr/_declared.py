@@ -31,6 +31,8 @@ PD_MONITOR_FIGURES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
 PD_PICTURE_CONTOURS = 32
+PD_PICTURE_DENSEST = 100
+PD_PICTURE_FEWEST = 4
 PD_PICTURE_LEAST = 120
 PD_PICTURE_MOST = 4000
 PD_PICTURE_SQUAT = 0.9
@@ -2320,6 +2322,11 @@ def declare(dim):
         ('name_count', c_int),
         ('contour_count', c_int),
         ('contours', POINTER(c_double)),
+        ('streamlines', c_int),
+        ('vectors', c_int),
+        ('velocity', POINTER(c_double)),
+        ('fastest', c_double),
+        ('closed', c_int * 4),
     ]
 
     class pd_series(Structure):
@@ -2726,6 +2733,8 @@ def declare(dim):
         ('contours', c_int * 23),
         ('levels', c_int * 23),
         ('level', c_double * 32 * 23),
+        ('streamlines', c_int * 23),
+        ('vectors', c_int * 23),
     ]
 
     class pd_setup(Structure):
@@ -2957,6 +2966,7 @@ def declare(dim):
         ('hi', c_double),
         ('low', c_double * 2),
         ('high', c_double * 2),
+        ('fastest', c_double),
     ]
 
     class pd_images(Structure):
@@ -2974,6 +2984,7 @@ def declare(dim):
         ('paint', POINTER(c_uint8)),
         ('move', POINTER(c_double)),
         ('joined', POINTER(c_uint8)),
+        ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('view', pd_images_view * 23),
         ('frames', c_int64),
