@@ -104,6 +104,8 @@ drawn "too many streamlines" 'streamlines = kind 101' \
     "bad.scene:9: streamlines: found '101' behind 'kind', expected how many fit side by side, from 4 to 100"
 drawn "no number of arrows" 'vectors = C many' \
     "bad.scene:9: vectors: found 'many' behind 'C', expected how many fit side by side, from 4 to 100"
+drawn "a surface in 2D" 'surface = yes' "bad.scene:9: surface: found in 2D, expected it in 3D"
+drawn "a view of nothing" 'view = 1, 1, 1' "bad.scene:9: view: found without 'surface'"
 drawn "no animation" 'animate = gif' \
     "bad.scene:9: column 41: found 'gif', expected one of no, yes, false, true, off, on"
 spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/' \

@@ -137,7 +137,8 @@ static const char *const texts[] = {
 static int elsewhere(const char *section, const char *key)
 {
     static const char *const keys[] = {"shape.stl",  "shape.scale", "shape.shift", "shape.uz",    "side.vz",
-                                       "side.uz",    "flow.vz",     "gas.vz",      "output.slice", "force.area"};
+                                       "side.uz",    "flow.vz",     "gas.vz",      "output.slice", "force.area",
+                                       "output.surface", "output.view"};
     char name[128];
     snprintf(name, sizeof name, "%s.%s", section, key);
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
@@ -159,7 +160,8 @@ static const char *const texts[] = {
 static int elsewhere(const char *section, const char *key)
 {
     int flat = strcmp(key, "vz") && strcmp(key, "uz") && strcmp(key, "stl") && strcmp(key, "scale") &&
-               strcmp(key, "shift") && strcmp(key, "slice") && strcmp(key, "area");
+               strcmp(key, "shift") && strcmp(key, "slice") && strcmp(key, "area") && strcmp(key, "surface") &&
+               strcmp(key, "view");
     return flat || (strcmp(section, "transfer") == 0 && strcmp(key, "area") == 0);
 }
 #endif

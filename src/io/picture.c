@@ -1,6 +1,7 @@
 /* picture: see picture.h */
 #include "io/picture.h"
 #include "io/arrows.h"
+#include "io/bar.h"
 #include "io/canvas.h"
 #include "io/contour.h"
 #include "io/label.h"
@@ -18,7 +19,6 @@
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
-#define PDI_PICTURE_BAR 22 /* width of the colour bar */
 #define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
 #define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
 
@@ -243,16 +243,6 @@ static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layou
     return PDI_PICTURE_MARK + 10 + widest;
 }
 
-static int pdi_picture_widest(const pdi_ticks *axis)
-{
-    int widest = 0;
-    for (int k = 0; k < axis->count; k++) {
-        int width = pdi_canvas_text_width(axis->label[k]);
-        if (width > widest) widest = width;
-    }
-    return widest;
-}
-
 /* [pixel] of a place in cells along an axis of the field. */
 static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
 {
@@ -312,13 +302,13 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     const char *widest = p->widest ? p->widest : p->stamp;
     int stamp = p->stamp ? pdi_canvas_text_width(widest) : 0;
     l->y_label = 14;
-    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
+    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_bar_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
     if (l->has_bar && l->axis_bar.exponent && !(title || stamp)) l->top += 16;
-    int edge = l->left + l->x.pixels, right = edge + pdi_picture_widest(&l->axis_x) / 2;
+    int edge = l->left + l->x.pixels, right = edge + pdi_bar_widest(&l->axis_x) / 2;
     if (l->has_bar) {
         l->bar = edge + 28;
-        l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
+        l->bar_label = l->bar + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     } else {
         l->bar = edge + 28;
@@ -338,13 +328,6 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
 }
 
 static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
-
-/* The colour of a place 0..1 of the bar. */
-static uint32_t pdi_picture_shade(const uint32_t *table, double place)
-{
-    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
-}
 
 /* The cell has a place on the bar. */
 static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
@@ -381,7 +364,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
-    return pdi_picture_shade(table, sum / weights);
+    return pdi_bar_colour(table, sum / weights);
 }
 
 /* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
@@ -407,7 +390,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     /* Means of labels mean nothing. */
     if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
-    return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
+    return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
 static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
@@ -501,7 +484,7 @@ static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_pi
 /* Marks on the bar where contours stand. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_BAR_WIDTH;
     for (int k = 0; k < p->contour_count; k++) {
         double place = pdi_picture_level(p, l, k);
         if (!(place >= 0 && place <= 1)) continue;
@@ -553,27 +536,9 @@ static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, p
 static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                             pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
-    char factor[40], power[32];
-    for (int y = 0; y < l->y.pixels; y++) {
-        int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
-        pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
-    }
+    pdi_bar bar = {l->bar, l->top, l->y.pixels, l->bar_label, &l->axis_bar, table, p->label ? l->label : NULL};
+    pdi_bar_draw(&bar, canvas);
     pdi_picture_levels(p, l, canvas);
-    pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
-    for (int k = 0; k < l->axis_bar.count; k++) {
-        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
-        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
-        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
-                        l->axis_bar.label[k]);
-    }
-    if (l->axis_bar.exponent) {
-        pdi_ticks_power(l->axis_bar.exponent, power);
-        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
-        pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
-    }
-    if (p->label)
-        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->label);
 }
 
 /* The labels that are shown and their colours, in place of the bar. */

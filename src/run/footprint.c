@@ -414,6 +414,23 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
     return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
+/* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
+static double pdi_footprint_sight(const pd_setup *u)
+{
+    pd_shade s;
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
+    if (!pdi_sight_wanted(u)) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM;
+        lo[d] = u->lo[d];
+        hi[d] = u->hi[d];
+        faces += 2.0 * (u->hi[d] - u->lo[d]) / u->h[d] * (u->hi[e] - u->lo[e]) / u->h[e];
+    }
+    pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
+    double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
+    return 7.0 * pixels + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+}
+
 /* Pictures come one by one: the largest counts. */
 static double pdi_footprint_pictures(const pd_setup *u)
 {
@@ -425,6 +442,7 @@ static double pdi_footprint_pictures(const pd_setup *u)
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_FOOTPRINT_PLOT;
+    largest = fmax(largest, pdi_footprint_sight(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */

@@ -324,6 +324,10 @@ static const pd_key pdi_keys_of_output[] = {
      "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
     {"vectors", "-", "none",
      "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
+    {"surface", "-", "no",
+     "3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours"},
+    {"view", "-", "1, -1, 1",
+     "3D: direction in which the eye that looks at the surface stands"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},

@@ -15,6 +15,7 @@ typedef struct pdi_read_drawing {
     pd_text *text;
     pd_setup *setup;
     int section;
+    unsigned drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
 /* The next part of a list with commas, without blanks around it; 0 at the end. */
@@ -35,7 +36,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -265,6 +266,40 @@ static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int
     return PD_OK;
 }
 
+/* ---- the surface of the metal ---- */
+
+/* "yes", or a field that gives its colours */
+static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    const char *word;
+    int count = 3, k = 0;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "surface", "no", &word));
+    PDI_TRY(pdi_text_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->way, &count));
+    if (count != 3 || !(fabs(drawing->way[0]) + fabs(drawing->way[1]) + fabs(drawing->way[2]) > 0.0))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found no direction, expected three numbers, for "
+                               "example 1, -1, 1");
+    if (strcmp(word, "no") == 0 && pdi_text_has(r->ctx, r->text, r->section, "view"))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found without 'surface'");
+    if (strcmp(word, "no") == 0) return PD_OK;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found in %dD, expected it in 3D", PD_DIM);
+    if (r->setup->solid < 0)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
+    drawing->surface = 1;
+    if (strcmp(word, "yes") == 0) return PD_OK;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name((pd_field)k)) != 0) k++;
+    if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%.40s', expected yes, no or a field "
+                               "with values on the surface of the metal", word);
+    if (pdi_setup_field_needs(r->setup, (pd_field)k))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
+                               pdi_setup_field_needs(r->setup, (pd_field)k));
+    drawing->surface = 2 + k;
+    r->drawn |= 1u << k;
+    return PD_OK;
+}
+
 static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 {
     static const char *const names[] = {"png", "svg"};
@@ -293,6 +328,7 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
+    r->drawn = r->setup->images;
     PDI_TRY(pdi_read_drawing_contours(r));
     PDI_TRY(pdi_read_drawing_flow(r, "streamlines", PDI_READ_DRAWING_STREAMLINES, drawing->streamlines));
     PDI_TRY(pdi_read_drawing_flow(r, "vectors", PDI_READ_DRAWING_VECTORS, drawing->vectors));
@@ -324,8 +360,10 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
     r.text = text;
     r.setup = setup;
     r.section = section;
+    r.drawn = setup->images;
     PDI_TRY(pdi_read_drawing_formats(&r));
-    if (!setup->images) return pdi_read_drawing_none(&r);
+    PDI_TRY(pdi_read_drawing_surface(&r));
+    if (!setup->images && !setup->drawing.surface) return pdi_read_drawing_none(&r);
     PDI_TRY(pdi_read_drawing_log(&r));
     PDI_TRY(pdi_read_drawing_ranges(&r));
     PDI_TRY(pdi_read_drawing_plane(&r));

@@ -2358,6 +2358,24 @@ def declare(dim):
         ('height', c_int),
     ]
 
+    class pd_shade(Structure):
+        pass
+    pd_shade._fields_ = [
+        ('width', c_int),
+        ('height', c_int),
+        ('size', c_double),
+        ('right', c_double * 3),
+        ('up', c_double * 3),
+        ('eye', c_double * 3),
+        ('corner', c_double * 2),
+        ('lo', c_double * 3),
+        ('hi', c_double * 3),
+        ('value', POINTER(c_float)),
+        ('light', POINTER(c_uint8)),
+        ('cover', POINTER(c_uint8)),
+        ('edge', POINTER(c_uint8)),
+    ]
+
     class pd_vti_field(Structure):
         pass
     pd_vti_field._fields_ = [
@@ -2735,6 +2753,8 @@ def declare(dim):
         ('level', c_double * 32 * 23),
         ('streamlines', c_int * 23),
         ('vectors', c_int * 23),
+        ('surface', c_int),
+        ('way', c_double * 3),
     ]
 
     class pd_setup(Structure):
@@ -2986,7 +3006,8 @@ def declare(dim):
         ('joined', POINTER(c_uint8)),
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
-        ('view', pd_images_view * 23),
+        ('sight', pd_shade),
+        ('view', pd_images_view * 24),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
