@@ -57605,13 +57605,12 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
     return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
-/* The view of the metal's surface. Of a mesh, as fine as the lattice, nothing is known before: it is taken to be as large
- * as the box. */
+/* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
 static double pdi_footprint_sight(const pd_setup *u)
 {
     pd_shade s;
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
-    if (!pdi_sight_wanted(u)) return 0.0;
+    if (PD_DIM < 3 || !u->drawing.surface) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int e = (d + 1) % PD_DIM;
         lo[d] = u->lo[d];

@@ -1,5 +1,6 @@
 /* footprint: see footprint.h */
 #include "run/footprint.h"
+#include "io/shade.h"
 #include "flow/gas.h"
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
@@ -419,7 +420,7 @@ static double pdi_footprint_sight(const pd_setup *u)
 {
     pd_shade s;
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
-    if (!pdi_sight_wanted(u)) return 0.0;
+    if (PD_DIM < 3 || !u->drawing.surface) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int e = (d + 1) % PD_DIM;
         lo[d] = u->lo[d];
