@@ -46238,7 +46238,7 @@ pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 #include <math.h>
 #include <string.h>
 
-#define PDI_SHELL_MOVES 12 /* times that corners move towards their neighbours */
+#define PDI_SHELL_MOVES 5 /* times that corners move towards their neighbours */
 #define PDI_SHELL_PULL 0.5 /* of the way there */
 #define PDI_SHELL_TURNS 6 /* times that normals of faces turn towards those around */
 #define PDI_SHELL_EDGE 0.5 /* cosine of the angle between faces from which on there is an edge */
