@@ -150,6 +150,8 @@ static int elsewhere(const char *section, const char *key)
 #define WATER "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  "
 static const char *const texts[] = {
     BOX WATER "time = given  vz = 0\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[output] slice = z 2 um\n",
+    BOX "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 5 um  kind = solid  material = mg4ag\n"
+    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n[output] surface = C  view = 1, 2, 3\n",
     BOX "[gas] rho = 1 kg/m3  p = 1e5 Pa  vz = 1 m/s\n[run] until = 1 us\n",
     BOX "[shape a] stl = a.stl  scale = 1 um  shift = 2 um, 2 um, 2 um  kind = wall\n"
     "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vz = 0\n[side x+] flow = outlet\n" WATER "\n"
