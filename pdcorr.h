@@ -173,10 +173,16 @@
  *     label      units in texts of pictures as they are printed: "[um/h]" becomes "[µm/h]", "mol/m3" "mol/m³".
  *     ticks      where the ticks of an axis stand and what is written beside them.
  *     colour     tables for fields, computed in OKLab (Ottosson 2020), where equal distances look equally different.
+ *     bar        the bar of colours beside a picture.
  *     contour    lines of one value in a field on a two-dimensional lattice, by marching squares.
+ *     streamline evenly spaced lines along a velocity on a two-dimensional lattice (Jobard and Lefer 1997).
+ *     arrows     a flow over a picture, as streamlines with heads and as arrows on a regular grid.
  *     picture    a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp.
  *     warp       pictures of cells that have moved.
  *     plot       curves and markers over two axes as a PNG or SVG.
+ *     shell      the surface of a set of cells of a three-dimensional lattice as a smooth mesh.
+ *     shade      a box and the surface of a body in it, seen from one direction, as light and values of pixels.
+ *     relief     a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, colour bar and title.
  *     vti        fields on the lattice as VTK ImageData (XML, raw appended data) and time series as a PVD collection, for
  *     paraview   a script that opens the fields of a run in ParaView, coloured, with one range for all times.
  *     csv        tables of numbers as text: a writer of rows that can be read while it runs, and a reader of small tables.
@@ -225,7 +231,8 @@
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
  *     sample     values of the fields of a model at nodes and at points.
  *     view       output fields by name over the cells of the box, for programs that look at a model while it runs.
- *     images     fields that are drawn at output times, one range of colours and one size for all frames of a field.
+ *     sight      the surface of the metal as pictures of 3D runs show it.
+ *     images     fields, and the surface of the metal, that are drawn at output times, one range of colours and one size for
  *     output     the files of a run: fields, pictures, diagnostics, probes, the curve of the volume loss.
  *     summary    what a run models and what it leaves out, with unknowns and memory, in lines of text.
  *     monitor    what a run watches besides its fields: tables in time, profiles and plots, last values.
@@ -253,8 +260,8 @@
  *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
  *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential
- *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run; kernels
- *                          (core, lattice, solve) stay
+ *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
+ *                          kernels (core, lattice, solve) stay
  *   PD_API                 what stands before public functions, such as "extern" with an attribute of a shared library;
  *                          not beside PDCORR_STATIC
  *   _OPENMP                set by the compiler (-fopenmp); without it the same bits come out
@@ -7971,6 +7978,31 @@ PDI_FN uint32_t pdi_colour_series(int k);
 
 #endif
 
+/* ======== >>io/bar.h ======== */
+/* bar: the bar of colours beside a picture. */
+#ifndef PD_BAR_H
+#define PD_BAR_H
+
+#ifdef PDI_INTERNAL
+#define PDI_BAR_WIDTH 22 /* [pixel] */
+
+typedef struct pdi_bar {
+    int left, top, height;  /* [pixel] */
+    int label_left;         /* [pixel] of the label, which is read upward */
+    const pdi_ticks *axis;
+    const uint32_t *table;  /* [PDI_COLOUR_COUNT] */
+    const char *label;      /* NULL: none */
+} pdi_bar;
+
+/* [pixel] of the widest number beside an axis. */
+PDI_FN int pdi_bar_widest(const pdi_ticks *axis);
+/* Colour of a place 0..1 of the bar, that of its ends beyond. */
+PDI_FN uint32_t pdi_bar_colour(const uint32_t *table, double place);
+PDI_FN void pdi_bar_draw(const pdi_bar *bar, pdi_canvas *canvas);
+#endif
+
+#endif
+
 /* ======== >>io/contour.h ======== */
 /* contour: lines of one value in a field on a two-dimensional lattice, by marching squares.
  *
@@ -7995,6 +8027,78 @@ PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_cont
 
 #endif
 
+/* ======== >>io/streamline.h ======== */
+/* streamline: evenly spaced lines along a velocity on a two-dimensional lattice (Jobard and Lefer 1997).
+ *
+ * Velocities stand in the middles of cells and are bilinear between them. At the face of a cell where nothing flows,
+ * and at a closed side, the component across is zero and the component along goes on. So a line runs along such a face
+ * and does not pass it. A line begins at least `apart` from all others, beside one of them where there is room. It ends
+ * at a side, where the fluid is at rest, and where it comes nearer than half of `apart` to another line or to itself.
+ * One thread finds all lines, each from those before it.
+ */
+#ifndef PD_STREAMLINE_H
+#define PD_STREAMLINE_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_stream {
+    int nx, ny;
+    const double *u[2]; /* [nx * ny] [m/s] along both axes, the first one to the right first; NaN: nothing flows */
+    double cell[2];     /* [m] of a cell */
+    double size[2];     /* the same on paper; all places and distances below are in its unit */
+    double apart;       /* between lines */
+    int closed[4];      /* 1: nothing passes the side x-, x+, y-, y+ */
+    int mirrored;       /* 1: lines are drawn below y = 0, too, and keep half the distance from there */
+} pdi_stream;
+
+typedef struct pdi_streamline {
+    int64_t first, count; /* of its points */
+    int closed;           /* 1: it ends where it begins */
+} pdi_streamline;
+
+/* Zero-initialise. */
+typedef struct pdi_streamlines {
+    int64_t count, room;             /* lines */
+    pdi_streamline *line;            /* [room] */
+    int64_t points, point_room;
+    double *at;                      /* [point_room][2] in the sense of the flow */
+} pdi_streamlines;
+
+/* Velocity at a place; 0: nothing flows there, or it lies outside. */
+PDI_FN int pdi_stream_velocity(const pdi_stream *stream, const double *at, double *velocity);
+/* Largest speed of a cell [m/s], 0 without any. */
+PDI_FN double pdi_stream_fastest(const pdi_stream *stream);
+PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *stream, pdi_streamlines *lines);
+PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
+#endif
+
+#endif
+
+/* ======== >>io/arrows.h ======== */
+/* arrows: a flow over a picture, as streamlines with heads and as arrows on a regular grid. */
+#ifndef PD_ARROWS_H
+#define PD_ARROWS_H
+
+#ifdef PDI_INTERNAL
+typedef struct pdi_arrows {
+    const pdi_stream *stream; /* its paper has the unit pixel */
+    double left, bottom;      /* [pixel] where its corner stands; y is upward from there */
+    double fastest;           /* [m/s] of an arrow as long as `longest` */
+    double longest;           /* [pixel], and the distance between arrows */
+} pdi_arrows;
+
+/* With stream->mirrored also below the bottom. */
+PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
+/* Arrows with their middles on a regular grid, as long as the fluid is fast. */
+PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *arrows, pdi_canvas *canvas);
+/* Of the arrow that explains their length: its speed [m/s], the largest of 1, 2 and 5 times a power of ten that is not
+ * longer than `longest`; text[32]: "2 mm/s". */
+PDI_FN double pdi_arrows_scale(double fastest, char *text);
+/* An arrow from (x, y) to the right. */
+PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length);
+#endif
+
+#endif
+
 /* ======== >>io/picture.h ======== */
 /* picture: a field on a two-dimensional lattice as a PNG or SVG with axes, colour bar, title and time stamp. */
 #ifndef PD_PICTURE_H
@@ -8005,6 +8109,8 @@ PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_cont
 #define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
 #define PD_PICTURE_MOST 4000 /* largest one */
 #define PD_PICTURE_CONTOURS 32 /* lines of one value, at most */
+#define PD_PICTURE_FEWEST 4 /* streamlines or arrows side by side, at least */
+#define PD_PICTURE_DENSEST 100 /* the same, at most */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -8035,6 +8141,12 @@ typedef struct pd_picture {
     int name_count;
     int contour_count;        /* lines of one value, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
     const double *contours;   /* [contour_count] [-] their values; NULL: they part the range of colours evenly */
+    int streamlines;          /* of the velocity, evenly spaced: how many fit side by side into `width`, 4 to 100; 0:
+                               * none are drawn */
+    int vectors;              /* the same of arrows on a regular grid */
+    const double *velocity;   /* [2][nx * ny] [m/s] along both axes; NaN: nothing flows there */
+    double fastest;           /* [m/s] of the longest arrow; 0: the largest speed */
+    int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)
@@ -8123,6 +8235,115 @@ PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image
 #endif
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);
+
+#endif
+
+/* ======== >>io/shell.h ======== */
+/* shell: the surface of a set of cells of a three-dimensional lattice as a smooth mesh.
+ *
+ * A corner stands between eight cells of which some belong to the set (surface nets, Gibson 1998). It begins where the
+ * edges between their middles cross the surface, on the mean, and is moved towards its neighbours without leaving the
+ * eight middles, so the steps of cells vanish and the surface stays within a cell of where it was. Around the lattice
+ * nothing belongs to the set: a set that reaches a side is closed there by a plane face.
+ */
+#ifndef PD_SHELL_H
+#define PD_SHELL_H
+
+#ifdef PDI_INTERNAL
+/* A set of cells. */
+typedef struct pdi_shell_desc {
+    int n[3];                /* cells */
+    double lo[3], h[3];      /* [m] low corner of the lattice, size of a cell */
+    /* Share of the cell i[3] that belongs to the set: up to 0: none, 1: all of it. The surface stands at this share of
+     * the way through a cell at it, but not behind its middle. */
+    double (*share)(const void *user, const int *i);
+    /* Value of the surface between a cell of the set and one beside it, which may lie outside of the lattice; NaN: it
+     * has none; NULL: all have none. */
+    double (*value)(const void *user, const int *in, const int *out);
+    const void *user;
+} pdi_shell_desc;
+
+/* Zero-initialise. */
+typedef struct pdi_shell {
+    int64_t corners, corner_room;
+    double *x;       /* [corner_room][3] [m] */
+    double *mean;    /* [corner_room] [-] of the values around; NaN: none */
+    int64_t faces, face_room, value_room;
+    int32_t *corner; /* [face_room][4] of each face, counterclockwise seen from outside */
+    double *value;   /* [value_room] [-] */
+    float *normal;   /* [face_room][4][3] [-] outward, of length 1, of each face at its corners; they differ at edges */
+} pdi_shell;
+
+PDI_FN pd_status pdi_shell_build(pd_ctx *ctx, const pdi_shell_desc *desc, pdi_shell *shell);
+PDI_FN void pdi_shell_free(pd_ctx *ctx, pdi_shell *shell);
+#endif
+
+#endif
+
+/* ======== >>io/shade.h ======== */
+/* shade: a box and the surface of a body in it, seen from one direction, as light and values of pixels.
+ *
+ * The projection is orthographic: lengths across the line of sight have one scale everywhere. What is nearer hides what
+ * lies behind (z-buffer). Light comes over the left shoulder; a matt surface sends (Lambert) the more the straighter it
+ * is met, and everything has some light from around. A pixel is the mean of PDI_SHADE_SIDE^2 samples.
+ */
+#ifndef PD_SHADE_H
+#define PD_SHADE_H
+
+typedef struct pd_shade {
+    int width, height;          /* pixels */
+    double size;                /* [m] of a pixel */
+    double right[3], up[3], eye[3]; /* [-] unit vectors of the paper, and towards the eye */
+    double corner[2];           /* [m] along right and up: the lower left corner of the paper */
+    double lo[3], hi[3];        /* [m] the box */
+    float *value;               /* [width * height] mean of the samples that have one; NaN: none has; row 0 on top */
+    uint8_t *light;             /* [width * height] 1/255 of full light, of what is there */
+    uint8_t *cover;             /* [width * height] samples that the body covers */
+    uint8_t *edge;              /* [width * height] samples on edges of the box around the body and behind it */
+} pd_shade;
+
+#ifdef PDI_INTERNAL
+#define PDI_SHADE_SIDE 3 /* samples of a pixel along each axis */
+#define PDI_SHADE_AROUND 0.3 /* share of the light that comes from all directions */
+
+/* way[3]: towards the eye, of any length. `width` pixels, or less where nine tenths of it were higher. */
+PDI_FN pd_status pdi_shade_build(pd_ctx *ctx, const double *lo, const double *hi, const double *way, int width,
+                                 pd_shade *shade);
+PDI_FN void pdi_shade_free(pd_ctx *ctx, pd_shade *shade);
+/* Pixels of a picture of a box: what pdi_shade_build would have. */
+PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way, int width, pd_shade *shade);
+/* labels: values of faces as they are; else smooth between their corners. */
+PDI_FN pd_status pdi_shade_draw(pd_ctx *ctx, const pdi_shell *shell, int labels, pd_shade *shade);
+/* Where a place stands on the paper [pixel], y down, and how near it is [m]. */
+PDI_FN void pdi_shade_project(const pd_shade *shade, const double *x, double *at);
+/* Light from 0 to 1 of a surface with this unit normal. */
+PDI_FN double pdi_shade_light(const pd_shade *shade, const double *normal);
+#endif
+
+#endif
+
+/* ======== >>io/relief.h ======== */
+/* relief: a shaded view of a surface as a PNG or SVG with the edges of its box, a scale, colour bar and title. */
+#ifndef PD_RELIEF_H
+#define PD_RELIEF_H
+
+#ifdef PDI_INTERNAL
+/* Zero-initialise, then fill in. */
+typedef struct pdi_relief {
+    const pd_shade *shade;
+    int coloured;           /* 1: by the values, in this range; else in the colour of metal */
+    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, without a bar */
+    int log;
+    double lo, hi;          /* [-] in the unit of the label */
+    const char *title, *stamp, *label; /* NULL: none */
+    const char *widest;     /* stamp for which there is room; NULL: the own one */
+} pdi_relief;
+
+/* Draw into an RGB image (freed by pdi_image_free). */
+PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image);
+/* Draw and write as pd_picture_write. */
+PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief);
+#endif
 
 #endif
 
@@ -9188,6 +9409,10 @@ typedef struct pd_setup_drawing {
     int contours[PD_FIELD_COUNT];    /* lines of one value */
     int levels[PD_FIELD_COUNT];      /* 1: their values are given; 0: they part the range of colours evenly */
     double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] */
+    int streamlines[PD_FIELD_COUNT]; /* of the flow, over the field: as of pd_picture; 0: none */
+    int vectors[PD_FIELD_COUNT];     /* the same of arrows */
+    int surface;                     /* 3D: 1: the metal's surface is drawn; 2 + pd_field: in the colours of a field */
+    double way[3];                   /* [-] in which the eye looking at it stands */
 } pd_setup_drawing;
 
 typedef struct pd_setup {
@@ -10078,8 +10303,30 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
 
 #endif
 
+/* ======== >>run/sight.h ======== */
+/* sight: the surface of the metal as pictures of 3D runs show it. */
+#ifndef PD_SIGHT_H
+#define PD_SIGHT_H
+
+#ifdef PDI_INTERNAL
+
+/* 1: the scene asks for it. */
+PDI_FN int pdi_sight_wanted(const pd_setup *setup);
+/* The field that colours it; PD_FIELD_COUNT: none does. */
+PDI_FN pd_field pdi_sight_field(const pd_setup *setup);
+/* Room for its pixels; freed by pdi_shade_free. */
+PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *setup, pd_shade *shade);
+/* The metal of this instant, with pdi_sample_prepare before. PD_STOPPED. */
+PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *model, pd_shade *shade);
+/* Smallest and largest value that is seen, of positive ones with `log`; lo > hi: none. */
+PDI_FN void pdi_sight_ends(const pd_shade *shade, int log, double *lo, double *hi);
+#endif
+
+#endif
+
 /* ======== >>run/images.h ======== */
-/* images: fields that are drawn at output times, one range of colours and one size for all frames of a field.
+/* images: fields, and the surface of the metal, that are drawn at output times, one range of colours and one size for
+ * all frames of a field.
  *
  * A frame is drawn at once, with the range of the frames so far. What it shows is kept in a file, PD_IMAGES_KEPT. In
  * the end frames whose range has grown since are drawn again, and films are made. That file is not needed where all
@@ -10089,11 +10336,14 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
 #define PD_IMAGES_H
 
 #define PD_IMAGES_KEPT "pictures.bin"
+#define PD_IMAGES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
+#define PD_IMAGES_COUNT (PD_FIELD_COUNT + 1)
 
 /* What all frames of a field have in common, so far. */
 typedef struct pd_images_view {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
     double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+    double fastest;          /* [m/s] largest speed in the plane */
 } pd_images_view;
 
 typedef struct pd_images {
@@ -10106,12 +10356,14 @@ typedef struct pd_images {
     uint8_t *paint;          /* [cells] pd_paint */
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
     double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
-    pd_images_view view[PD_FIELD_COUNT];
+    pd_shade sight;          /* the surface of the metal, in 3D */
+    pd_images_view view[PD_IMAGES_COUNT];
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;         /* bit k: that of pd_field k stands in the list of the folder */
+    unsigned latest;         /* bit k: that of picture k stands in the list of the folder */
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */
@@ -48412,6 +48664,50 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #pragma GCC optimize ("Og")
 #endif
 
+/* ======== >>io/bar.c ======== */
+/* bar: see bar.h */
+#include <stdio.h>
+
+PDI_FN int pdi_bar_widest(const pdi_ticks *axis)
+{
+    int widest = 0;
+    for (int k = 0; k < axis->count; k++) {
+        int width = pdi_canvas_text_width(axis->label[k]);
+        if (width > widest) widest = width;
+    }
+    return widest;
+}
+
+PDI_FN uint32_t pdi_bar_colour(const uint32_t *table, double place)
+{
+    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
+    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+}
+
+PDI_FN void pdi_bar_draw(const pdi_bar *b, pdi_canvas *canvas)
+{
+    int bottom = b->top + b->height, right = b->left + PDI_BAR_WIDTH;
+    char factor[40], power[32];
+    for (int y = 0; y < b->height; y++) {
+        uint32_t colour = pdi_bar_colour(b->table, b->height > 1 ? (double)y / (b->height - 1) : 0);
+        pdi_canvas_fill(canvas, b->left, bottom - y - 1, right, bottom - y, colour);
+    }
+    pdi_canvas_frame(canvas, b->left, b->top, right, bottom, PDI_CANVAS_INK);
+    for (int k = 0; k < b->axis->count; k++) {
+        int y = bottom - 1 - (int)(pdi_ticks_place(b->axis, b->axis->at[k]) * (b->height - 1) + 0.5);
+        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
+                        b->axis->label[k]);
+    }
+    if (b->axis->exponent) {
+        pdi_ticks_power(b->axis->exponent, power);
+        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
+        pdi_canvas_text(canvas, b->left, b->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
+    }
+    if (b->label)
+        pdi_canvas_text_up(canvas, b->label_left, b->top + b->height / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, b->label);
+}
+
 /* ======== >>io/contour.c ======== */
 /* contour: see contour.h */
 #include <math.h>
@@ -48503,6 +48799,555 @@ PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_pi
                 pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, piece, user);
         }
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
+/* ======== >>io/streamline.c ======== */
+/* streamline: see streamline.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_STREAMLINE_NEAR 0.5 /* times the distance between lines: nearer to another one a line ends */
+#define PDI_STREAMLINE_REST 1e-4 /* times the largest speed: slower fluid is at rest */
+#define PDI_STREAMLINE_MEET 0.02 /* times the distance between lines: a line that comes back so near is closed */
+#define PDI_STREAMLINE_SHORT 1.5 /* times that distance: shorter open lines are not drawn */
+#define PDI_STREAMLINE_CLEAR 0.3 /* times that distance: nearer to a face a line does not begin, but in a narrow gap */
+#define PDI_STREAMLINE_STEP 0.25 /* [cells] of a step, at most */
+#define PDI_STREAMLINE_STEPS 8.0 /* steps over the distance between lines, at least */
+#define PDI_STREAMLINE_FINE 64.0 /* the same, at most */
+#define PDI_STREAMLINE_STORED 12.0 /* stored points over that distance */
+#define PDI_STREAMLINE_HALVES 6 /* how often a step is halved where it leaves the flow */
+
+/* A stored point in the lists by which near lines are found. */
+typedef struct pdi_streamline_mark {
+    double x, y;
+    double along; /* length of the line from its seed, with its sign */
+    int64_t line;
+    int64_t next; /* -1: none */
+} pdi_streamline_mark;
+
+typedef struct pdi_streamline_search {
+    pd_ctx *ctx;
+    const pdi_stream *f;
+    pdi_streamlines *lines;
+    double step, least;      /* least: speed on paper over that of the velocity's unit */
+    int every;               /* steps between stored points */
+    int columns, rows;       /* of squares as wide as lines are apart */
+    int64_t *head;           /* [columns * rows] first mark of a square, -1: none */
+    pdi_streamline_mark *mark;
+    int64_t marks, mark_room;
+} pdi_streamline_search;
+
+/* ---- velocity ---- */
+
+/* The cell, or beyond an open side the nearest one; -1: nothing flows there. */
+static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
+{
+    if ((i < 0 && f->closed[0]) || (i >= f->nx && f->closed[1]) || (j < 0 && f->closed[2]) ||
+        (j >= f->ny && f->closed[3]))
+        return -1;
+    i = i < 0 ? 0 : i >= f->nx ? f->nx - 1 : i;
+    j = j < 0 ? 0 : j >= f->ny ? f->ny - 1 : j;
+    int64_t cell = (int64_t)j * f->nx + i;
+    return isnan(f->u[0][cell]) || isnan(f->u[1][cell]) ? -1 : cell;
+}
+
+/* Component d in the middle of the face between two cells that lie side by side along an axis, of which the first one
+ * flows. */
+static double pdi_streamline_face(const pdi_stream *f, int64_t own, int64_t next, int d, int axis)
+{
+    if (next >= 0) return 0.5 * (f->u[d][own] + f->u[d][next]);
+    return d == axis ? 0.0 : f->u[d][own];
+}
+
+/* Component d where four cells meet: cell[k] lies to the right for k & 1, above for k & 2. */
+static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, int d)
+{
+    double sum = 0.0;
+    int count = 0, other = 1 << d;
+    for (int k = 0; k < 4; k++) {
+        if (cell[k] < 0) continue;
+        if (cell[k ^ other] < 0) return 0.0;
+        sum += f->u[d][cell[k]];
+        count++;
+    }
+    return sum / count;
+}
+
+PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *velocity)
+{
+    double x = at[0] / f->size[0], y = at[1] / f->size[1];
+    if (!(x >= 0.0 && x <= f->nx && y >= 0.0 && y <= f->ny)) return 0;
+    int i = x < f->nx ? (int)x : f->nx - 1, j = y < f->ny ? (int)y : f->ny - 1;
+    int di = x - i >= 0.5 ? 1 : -1, dj = y - j >= 0.5 ? 1 : -1;
+    double a = 2.0 * fabs(x - i - 0.5), b = 2.0 * fabs(y - j - 0.5); /* 0: middle, 1: face */
+    int64_t own = pdi_streamline_cell(f, i, j), beside = pdi_streamline_cell(f, i + di, j);
+    int64_t above = pdi_streamline_cell(f, i, j + dj), cell[4];
+    if (own < 0) return 0;
+    for (int k = 0; k < 4; k++)
+        cell[k] = pdi_streamline_cell(f, k & 1 ? i + di : i, k & 2 ? j + dj : j);
+    for (int d = 0; d < 2; d++) {
+        double value = (1.0 - a) * (1.0 - b) * f->u[d][own] + a * (1.0 - b) * pdi_streamline_face(f, own, beside, d, 0);
+        value += (1.0 - a) * b * pdi_streamline_face(f, own, above, d, 1) + a * b * pdi_streamline_corner(f, cell, d);
+        velocity[d] = value * f->size[d] / f->cell[d];
+    }
+    return 1;
+}
+
+PDI_FN double pdi_stream_fastest(const pdi_stream *f)
+{
+    double fastest = 0.0;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) fastest = fmax(fastest, hypot(f->u[0][k], f->u[1][k]));
+    return fastest;
+}
+
+/* The same on paper; *cell: where it is. */
+static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
+{
+    double fastest = 0.0;
+    *cell = -1;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
+        double speed = hypot(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        if (!(speed > fastest)) continue;
+        fastest = speed;
+        *cell = k;
+    }
+    return fastest;
+}
+
+/* ---- what is near ---- */
+
+static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, double y)
+{
+    int column = (int)(x / s->f->apart), row = (int)(y / s->f->apart);
+    column = column < 0 ? 0 : column >= s->columns ? s->columns - 1 : column;
+    row = row < 0 ? 0 : row >= s->rows ? s->rows - 1 : row;
+    return &s->head[(int64_t)row * s->columns + column];
+}
+
+static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, double along)
+{
+    if (s->marks == s->mark_room) {
+        int64_t room = 2 * s->mark_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->mark_room, room, s->mark));
+        s->mark_room = room;
+    }
+    pdi_streamline_mark *mark = &s->mark[s->marks];
+    int64_t *head = pdi_streamline_square(s, at[0], at[1]);
+    mark->x = at[0];
+    mark->y = at[1];
+    mark->along = along;
+    mark->line = s->lines->count;
+    mark->next = *head;
+    *head = s->marks++;
+    return PD_OK;
+}
+
+/* Take back the last marks, down to `marks`. */
+static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
+{
+    while (s->marks > marks) {
+        const pdi_streamline_mark *mark = &s->mark[--s->marks];
+        *pdi_streamline_square(s, mark->x, mark->y) = mark->next;
+    }
+}
+
+/* Is there a mark within `reach`? own: of the line that is being made, as far as it has come round; else: of others. */
+static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double reach, int own, double along)
+{
+    double bend = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
+    int column = (int)(at[0] / s->f->apart), row = (int)(at[1] / s->f->apart);
+    for (int j = row - 1; j <= row + 1; j++)
+        for (int i = column - 1; i <= column + 1; i++) {
+            if (i < 0 || i >= s->columns || j < 0 || j >= s->rows) continue;
+            for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
+                const pdi_streamline_mark *mark = &s->mark[k];
+                if ((mark->line == s->lines->count) != own) continue;
+                if (own && fabs(mark->along - along) < bend) continue;
+                if (hypot(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+            }
+        }
+    return 0;
+}
+
+/* ---- one line ---- */
+
+/* The unit vector of the velocity; 0: nothing flows there. */
+static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *way)
+{
+    double u[2];
+    if (!pdi_stream_velocity(s->f, at, u)) return 0;
+    double speed = hypot(u[0], u[1]);
+    if (!(speed > s->least)) return 0;
+    way[0] = sense * u[0] / speed;
+    way[1] = sense * u[1] / speed;
+    return 1;
+}
+
+/* A step of the classical Runge-Kutta method of order 4; 0: it leaves the flow. */
+static int pdi_streamline_step(const pdi_streamline_search *s, const double *from, double sense, double step,
+                               double *to)
+{
+    static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    double way[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
+    for (int stage = 0; stage < 4; stage++) {
+        double at[2] = {from[0] + part[stage] * step * way[0], from[1] + part[stage] * step * way[1]};
+        if (!pdi_streamline_way(s, at, sense, way)) return 0;
+        for (int d = 0; d < 2; d++) sum[d] += weight[stage] * way[d];
+    }
+    for (int d = 0; d < 2; d++) to[d] = from[d] + step * sum[d];
+    return pdi_streamline_way(s, to, sense, way);
+}
+
+static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at, double along)
+{
+    pdi_streamlines *l = s->lines;
+    if (l->points == l->point_room) {
+        int64_t room = 2 * l->point_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_room, 2 * room, l->at));
+        l->point_room = room;
+    }
+    l->at[2 * l->points] = at[0];
+    l->at[2 * l->points++ + 1] = at[1];
+    return pdi_streamline_put(s, at, along);
+}
+
+/* Does the piece from a to b pass the seed? */
+static int pdi_streamline_meets(const pdi_streamline_search *s, const double *seed, const double *a, const double *b)
+{
+    double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
+    double share = (x * dx + y * dy) / (dx * dx + dy * dy);
+    return share >= 0.0 && share <= 1.0 && fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * hypot(dx, dy);
+}
+
+/* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
+static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
+{
+    for (int d = 0; d < 2; d++) {
+        int blocked[2];
+        for (int up = 0; up < 2; up++) {
+            double to[2] = {at[0], at[1]};
+            to[d] += (up ? 1 : -1) * PDI_STREAMLINE_CLEAR * f->apart;
+            blocked[up] = pdi_streamline_cell(f, (int)floor(to[0] / f->size[0]), (int)floor(to[1] / f->size[1])) < 0;
+        }
+        if (blocked[0] != blocked[1]) return 1;
+    }
+    return 0;
+}
+
+static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double reach)
+{
+    return pdi_streamline_near(s, at, reach, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * reach);
+}
+
+/* From the seed on; the points are stored behind it. A line that comes back to itself goes on for a while: perhaps it
+ * closes. */
+static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *seed, double sense, double *length,
+                                     int *closed)
+{
+    pdi_streamlines *l = s->lines;
+    double at[2] = {seed[0], seed[1]}, to[2], step = s->step, back = HUGE_VAL;
+    int64_t points = 0, marks = 0;
+    *length = 0.0;
+    *closed = 0;
+    for (int64_t n = 1; step > s->step / (1 << PDI_STREAMLINE_HALVES); n++) {
+        if (!pdi_streamline_step(s, at, sense, step, to)) {
+            step *= 0.5;
+            continue;
+        }
+        double along = *length + step;
+        if (pdi_streamline_crowded(s, to, PDI_STREAMLINE_NEAR * s->f->apart)) break;
+        *closed = along > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
+        if (*closed) {
+            *length = along;
+            return pdi_streamline_store(s, seed, sense * along);
+        }
+        if (back > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
+            back = along;
+            points = l->points;
+            marks = s->marks;
+        }
+        if (along > back + PDI_PI * s->f->apart) break;
+        memcpy(at, to, sizeof at);
+        *length = along;
+        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * along));
+    }
+    if (!(back < HUGE_VAL)) return PD_OK;
+    l->points = points;
+    pdi_streamline_take_back(s, marks);
+    *length = back;
+    return PD_OK;
+}
+
+static void pdi_streamline_reverse(double *at, int64_t count)
+{
+    for (int64_t a = 0, b = count - 1; a < b; a++, b--)
+        for (int d = 0; d < 2; d++) {
+            double other = at[2 * a + d];
+            at[2 * a + d] = at[2 * b + d];
+            at[2 * b + d] = other;
+        }
+}
+
+/* A line through the seed, where there is room for one. */
+static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed)
+{
+    pdi_streamlines *l = s->lines;
+    int64_t first = l->points, marks = s->marks;
+    double way[2], length[2] = {0.0, 0.0};
+    int closed = 0;
+    if (!pdi_streamline_way(s, seed, 1.0, way) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
+    if (pdi_streamline_crowded(s, seed, s->f->apart)) return PD_OK;
+    if (l->count == l->room) {
+        int64_t room = 2 * l->room + 64;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->room, room, l->line));
+        l->room = room;
+    }
+    PDI_TRY(pdi_streamline_store(s, seed, 0.0));
+    PDI_TRY(pdi_streamline_half(s, seed, -1.0, &length[0], &closed));
+    pdi_streamline_reverse(&l->at[2 * first], l->points - first);
+    if (!closed) PDI_TRY(pdi_streamline_half(s, seed, 1.0, &length[1], &closed));
+    if (!closed && length[0] + length[1] < PDI_STREAMLINE_SHORT * s->f->apart) {
+        l->points = first;
+        pdi_streamline_take_back(s, marks);
+        return PD_OK;
+    }
+    l->line[l->count].first = first;
+    l->line[l->count].count = l->points - first;
+    l->line[l->count++].closed = closed;
+    return PD_OK;
+}
+
+/* Lines beside those from `from` on, and beside those that this adds. */
+static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
+{
+    pdi_streamlines *l = s->lines;
+    for (int64_t k = from; k < l->count; k++)
+        for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
+            for (int side = -1; side <= 1; side += 2) {
+                double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
+                double out = side * s->f->apart * (1.0 + 1e-6) / hypot(dx, dy);
+                double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
+                PDI_TRY(pdi_streamline_try(s, seed));
+            }
+    return PD_OK;
+}
+
+static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
+{
+    const pdi_stream *f = s->f;
+    double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->size[0], ((double)(fastest / f->nx) + 0.5) * f->size[1]};
+    PDI_TRY(pdi_streamline_try(s, seed));
+    PDI_TRY(pdi_streamline_beside(s, 0));
+    for (int j = 0; j < 2 * s->rows; j++) /* what has no way to the lines so far */
+        for (int i = 0; i < 2 * s->columns; i++) {
+            int64_t count = s->lines->count;
+            seed[0] = (i + 0.5) * f->nx * f->size[0] / (2.0 * s->columns);
+            seed[1] = (j + 0.5) * f->ny * f->size[1] / (2.0 * s->rows);
+            PDI_TRY(pdi_streamline_try(s, seed));
+            PDI_TRY(pdi_streamline_beside(s, count));
+        }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_streamlines *lines)
+{
+    pdi_streamline_search s;
+    int64_t fastest;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.f = f;
+    s.lines = lines;
+    s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
+    if (fastest < 0) return PD_OK;
+    s.step = fmin(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * fmin(f->size[0], f->size[1]));
+    s.step = fmax(f->apart / PDI_STREAMLINE_FINE, s.step);
+    s.every = (int)fmax(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
+    s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
+    s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
+    int64_t squares = (int64_t)s.columns * s.rows;
+    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.head));
+    for (int64_t k = 0; k < squares; k++) s.head[k] = -1;
+    pd_status status = pdi_streamline_all(&s, fastest);
+    PDI_DELETE(ctx, squares, s.head);
+    PDI_DELETE(ctx, s.mark_room, s.mark);
+    return status;
+}
+
+PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
+{
+    PDI_DELETE(ctx, lines->room, lines->line);
+    PDI_DELETE(ctx, 2 * lines->point_room, lines->at);
+    memset(lines, 0, sizeof *lines);
+}
+
+#undef PDI_STREAMLINE_NEAR
+#undef PDI_STREAMLINE_REST
+#undef PDI_STREAMLINE_MEET
+#undef PDI_STREAMLINE_SHORT
+#undef PDI_STREAMLINE_CLEAR
+#undef PDI_STREAMLINE_STEP
+#undef PDI_STREAMLINE_STEPS
+#undef PDI_STREAMLINE_FINE
+#undef PDI_STREAMLINE_STORED
+#undef PDI_STREAMLINE_HALVES
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>io/arrows.c ======== */
+/* arrows: see arrows.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_ARROWS_LINE 1.3 /* [pixel] width of lines */
+#define PDI_ARROWS_RIM 3.1 /* [pixel] width with the light rim that sets them off */
+#define PDI_ARROWS_HEAD 9.0 /* [pixel] length of a head */
+#define PDI_ARROWS_HALF 3.6 /* [pixel] half its width */
+#define PDI_ARROWS_FAN 3 /* strokes on each side of a head's middle that fill it */
+#define PDI_ARROWS_EVERY 7.0 /* times the distance between streamlines: from head to head */
+#define PDI_ARROWS_SHARE 0.45 /* of an arrow that its head takes, at most */
+#define PDI_ARROWS_LEAST 3.0 /* [pixel] shorter arrows are not drawn */
+
+/* A head of this length with its tip there; (dx, dy): unit vector. */
+static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
+{
+    double half = PDI_ARROWS_HALF / PDI_ARROWS_HEAD * length;
+    for (int k = -PDI_ARROWS_FAN; k <= PDI_ARROWS_FAN; k++) {
+        double out = half * k / PDI_ARROWS_FAN;
+        pdi_canvas_stroke(canvas, x, y, x - length * dx - out * dy, y - length * dy + out * dx);
+    }
+}
+
+static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
+{
+    double length = hypot(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double dx = (xb - xa) / length, dy = (yb - ya) / length;
+    pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
+    pdi_arrows_head(canvas, xb, yb, dx, dy, head);
+}
+
+/* The rim (core = 0), then what it sets off. */
+static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
+{
+    return pdi_canvas_strokes(ctx, canvas, core ? PDI_ARROWS_LINE : PDI_ARROWS_RIM,
+                              core ? PDI_CANVAS_INK : PDI_CANVAS_PAPER);
+}
+
+/* ---- streamlines ---- */
+
+/* One line, upward or downward from the bottom. A head stands in its middle, others at equal distances from there. */
+static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
+{
+    double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
+    for (int64_t k = 1; k < count; k++) length += hypot(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+    double next = fmod(0.5 * length, every);
+    if (next < 0.5 * a->stream->apart) next += every;
+    for (int64_t k = 1; k < count; k++) {
+        double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
+        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]), piece = hypot(dx, dy);
+        pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
+        along += piece;
+        if (along < next || next > length - 0.25 * a->stream->apart) continue;
+        pdi_arrows_head(canvas, x + dx, y + dy, dx / piece, dy / piece, PDI_ARROWS_HEAD);
+        next += every;
+    }
+}
+
+PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    pdi_streamlines lines;
+    memset(&lines, 0, sizeof lines);
+    pd_status status = pdi_streamlines_find(ctx, a->stream, &lines);
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int64_t k = 0; k < lines.count && status == PD_OK; k++)
+            for (int up = 1; up >= (a->stream->mirrored ? -1 : 1); up -= 2)
+                pdi_arrows_line(a, canvas, &lines.at[2 * lines.line[k].first], lines.line[k].count, up);
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    pdi_streamlines_free(ctx, &lines);
+    return status;
+}
+
+/* ---- arrows ---- */
+
+/* The arrow at a place of the paper; 0: there is none. */
+static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
+{
+    const pdi_stream *f = a->stream;
+    double u[2];
+    if (!pdi_stream_velocity(f, at, u)) return 0;
+    for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
+    return hypot(end[0], end[1]) >= PDI_ARROWS_LEAST;
+}
+
+PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    const pdi_stream *f = a->stream;
+    int count[2];
+    double size[2] = {f->nx * f->size[0], f->ny * f->size[1]}, end[2];
+    pd_status status = PD_OK;
+    for (int d = 0; d < 2; d++) count[d] = (int)fmax(1.0, floor(size[d] / a->longest));
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {
+            double at[2] = {(k % count[0] + 0.5) * size[0] / count[0], (k / count[0] + 0.5) * size[1] / count[1]};
+            if (!(a->fastest > 0.0) || !pdi_arrows_at(a, at, end)) continue;
+            double x = a->left + at[0], y = a->bottom - at[1];
+            pdi_arrows_arrow(canvas, x - 0.5 * end[0], y + 0.5 * end[1], x + 0.5 * end[0], y - 0.5 * end[1]);
+        }
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    return status;
+}
+
+PDI_FN double pdi_arrows_scale(double fastest, char *text)
+{
+    static const char *const units[] = {"nm/s", "\xC2\xB5m/s", "mm/s", "m/s", "km/s"};
+    static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0, 1e3};
+    int unit = 0;
+    double power = pow(10.0, floor(log10(fastest) + 1e-9)), lead = fastest / power * (1.0 + 1e-9);
+    double speed = (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0) * power;
+    while (unit < 4 && speed >= 0.04 * sizes[unit + 1]) unit++;
+    snprintf(text, 32, "%.3g %s", speed / sizes[unit], units[unit]);
+    return speed;
+}
+
+PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length)
+{
+    pd_status status = pdi_arrows_begin(ctx, canvas, 1);
+    if (status == PD_OK) pdi_arrows_arrow(canvas, x, y, x + length, y);
+    pdi_canvas_strokes_end(ctx, canvas);
+    return status;
+}
+
+#undef PDI_ARROWS_LINE
+#undef PDI_ARROWS_RIM
+#undef PDI_ARROWS_HEAD
+#undef PDI_ARROWS_HALF
+#undef PDI_ARROWS_FAN
+#undef PDI_ARROWS_EVERY
+#undef PDI_ARROWS_SHARE
+#undef PDI_ARROWS_LEAST
 
 /* ======== >>io/picture.c ======== */
 /* picture: see picture.h */
@@ -48519,7 +49364,6 @@ PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_pi
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
-#define PDI_PICTURE_BAR 22 /* width of the colour bar */
 #define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
 #define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
 
@@ -48540,6 +49384,9 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
+    double fastest;             /* [m/s] of the longest arrow */
+    double longest, scale;      /* [pixel] of it, and of the arrow that explains it; scale 0: there are none */
+    char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
     double label_lo, label_hi;            /* of all labels that are shown */
@@ -48571,6 +49418,12 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
     if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_PICTURE_CONTOURS);
+    for (int k = 0; k < 2; k++) {
+        int across = k ? p->vectors : p->streamlines;
+        if (across && (across < PD_PICTURE_FEWEST || across > PD_PICTURE_DENSEST || !p->velocity))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d %s side by side, expected 0 or %d to %d, with "
+                            "velocities", across, k ? "vectors" : "streamlines", PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -48735,14 +49588,46 @@ static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layou
     return PDI_PICTURE_MARK + 10 + widest;
 }
 
-static int pdi_picture_widest(const pdi_ticks *axis)
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
 {
-    int widest = 0;
-    for (int k = 0; k < axis->count; k++) {
-        int width = pdi_canvas_text_width(axis->label[k]);
-        if (width > widest) widest = width;
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+/* The flow in pixels of the field. */
+static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
+{
+    pdi_stream f;
+    const pdi_picture_scale *scale[2] = {&l->x, &l->y};
+    memset(&f, 0, sizeof f);
+    f.nx = p->nx;
+    f.ny = p->ny;
+    for (int d = 0; d < 2; d++) {
+        f.u[d] = p->velocity + (size_t)d * (size_t)p->nx * (size_t)p->ny;
+        f.size[d] = pdi_picture_pixel(scale[d], 1.0);
+        f.cell[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
     }
-    return widest;
+    f.apart = p->streamlines ? (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->streamlines : 0.0;
+    memcpy(f.closed, p->closed, sizeof f.closed);
+    return f;
+}
+
+/* How long arrows are. */
+static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
+{
+    if (!p->vectors) return;
+    pdi_stream f = pdi_picture_stream(p, l);
+    l->longest = (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->vectors;
+    l->fastest = p->fastest > 0 ? p->fastest : pdi_stream_fastest(&f);
+    if (!(l->fastest > 0)) return;
+    /* a stretched axis has longer arrows: those along x are explained */
+    l->scale = pdi_arrows_scale(l->fastest, l->scale_label) / l->fastest * l->longest;
+}
+
+/* [pixel] of the arrow that explains the others, with its text. */
+static int pdi_picture_scale_width(const pdi_picture_layout *l)
+{
+    return (int)ceil(l->scale) + 10 + pdi_canvas_text_width(l->scale_label);
 }
 
 /* The label of the x axis also confesses a stretched axis. */
@@ -48762,13 +49647,13 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     const char *widest = p->widest ? p->widest : p->stamp;
     int stamp = p->stamp ? pdi_canvas_text_width(widest) : 0;
     l->y_label = 14;
-    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
+    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_bar_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
     if (l->has_bar && l->axis_bar.exponent && !(title || stamp)) l->top += 16;
-    int edge = l->left + l->x.pixels, right = edge + pdi_picture_widest(&l->axis_x) / 2;
+    int edge = l->left + l->x.pixels, right = edge + pdi_bar_widest(&l->axis_x) / 2;
     if (l->has_bar) {
         l->bar = edge + 28;
-        l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
+        l->bar_label = l->bar + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     } else {
         l->bar = edge + 28;
@@ -48781,18 +49666,13 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
     l->x_label_start = centred > l->y_label ? centred : l->y_label;
     if (l->x_label_start + label > right) right = l->x_label_start + label;
+    if (l->scale > 0 && l->x_label_start + label + 24 + pdi_picture_scale_width(l) > right)
+        right = l->x_label_start + label + 24 + pdi_picture_scale_width(l);
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
 static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
-
-/* The colour of a place 0..1 of the bar. */
-static uint32_t pdi_picture_shade(const uint32_t *table, double place)
-{
-    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
-}
 
 /* The cell has a place on the bar. */
 static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
@@ -48829,7 +49709,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
-    return pdi_picture_shade(table, sum / weights);
+    return pdi_bar_colour(table, sum / weights);
 }
 
 /* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
@@ -48855,7 +49735,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     /* Means of labels mean nothing. */
     if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
-    return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
+    return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
 static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
@@ -48882,12 +49762,6 @@ typedef struct pdi_picture_pen {
     const pdi_picture_layout *l;
     pdi_canvas *canvas;
 } pdi_picture_pen;
-
-/* [pixel] of a place in cells along an axis of the field. */
-static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
-{
-    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
-}
 
 static void pdi_picture_piece(void *user, const double *a, const double *b)
 {
@@ -48931,10 +49805,31 @@ static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pd
     return status;
 }
 
+/* The flow over the cells. Of a mirrored picture the upper half has streamlines, which are drawn twice. */
+static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    pd_status status = PD_OK;
+    if (!p->streamlines && !(l->scale > 0)) return PD_OK;
+    pdi_stream whole = pdi_picture_stream(p, l), half = whole;
+    pdi_arrows arrows = {&whole, (double)l->left, (double)(l->top + l->y.pixels), l->fastest, l->longest};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    if (l->scale > 0) status = pdi_arrows_grid(ctx, &arrows, canvas);
+    if (p->mirrored) {
+        arrows.stream = &half;
+        half.ny = p->ny / 2;
+        for (int d = 0; d < 2; d++) half.u[d] += (size_t)(p->ny - half.ny) * (size_t)p->nx;
+        half.closed[2] = half.mirrored = 1;
+        arrows.bottom -= pdi_picture_pixel(&l->y, p->ny - half.ny);
+    }
+    if (p->streamlines && status == PD_OK) status = pdi_arrows_lines(ctx, &arrows, canvas);
+    pdi_canvas_unclip(canvas);
+    return status;
+}
+
 /* Marks on the bar where contours stand. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_BAR_WIDTH;
     for (int k = 0; k < p->contour_count; k++) {
         double place = pdi_picture_level(p, l, k);
         if (!(place >= 0 && place <= 1)) continue;
@@ -48958,7 +49853,8 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return pdi_picture_contours(ctx, p, l, canvas);
+    PDI_TRY(pdi_picture_contours(ctx, p, l, canvas));
+    return pdi_picture_flow(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -48985,27 +49881,9 @@ static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, p
 static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                             pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
-    char factor[40], power[32];
-    for (int y = 0; y < l->y.pixels; y++) {
-        int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
-        pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
-    }
+    pdi_bar bar = {l->bar, l->top, l->y.pixels, l->bar_label, &l->axis_bar, table, p->label ? l->label : NULL};
+    pdi_bar_draw(&bar, canvas);
     pdi_picture_levels(p, l, canvas);
-    pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
-    for (int k = 0; k < l->axis_bar.count; k++) {
-        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
-        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
-        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
-                        l->axis_bar.label[k]);
-    }
-    if (l->axis_bar.exponent) {
-        pdi_ticks_power(l->axis_bar.exponent, power);
-        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
-        pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
-    }
-    if (p->label)
-        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->label);
 }
 
 /* The labels that are shown and their colours, in place of the bar. */
@@ -49028,14 +49906,21 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     }
 }
 
-/* Key of what has no colour of the bar, right of the x label as far as there is room. */
-static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
+ * the bar. */
+static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
     static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
     int there[3] = {l->has_wall, l->has_solid, l->has_blank};
     int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    if (l->scale > 0) {
+        int width = pdi_picture_scale_width(l), start = x - width > end ? x - width : end;
+        PDI_TRY(pdi_arrows_one(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL, l->scale));
+        pdi_canvas_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_INK, l->scale_label);
+        x = start - 24;
+    }
     for (int k = 0; k < 3; k++) {
         int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
         if (!there[k] || x - width < end) continue;
@@ -49045,6 +49930,7 @@ static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
         pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
+    return PD_OK;
 }
 
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -49072,6 +49958,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
     pdi_picture_x_label(picture, &l);
+    pdi_picture_arrow(picture, &l);
     if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
     pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
@@ -49081,9 +49968,8 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
     else pdi_picture_legend(picture, &l, canvas);
-    pdi_picture_key(&l, canvas);
     pdi_picture_header(picture, &l, canvas);
-    return PD_OK;
+    return pdi_picture_key(ctx, &l, canvas);
 }
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
@@ -49666,6 +50552,884 @@ pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
     pdi_image_free(ctx, &image);
     return status;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
+/* ======== >>io/shell.c ======== */
+/* shell: see shell.h */
+#include <math.h>
+#include <string.h>
+
+#define PDI_SHELL_MOVES 5 /* times that corners move towards their neighbours */
+#define PDI_SHELL_PULL 0.5 /* of the way there */
+#define PDI_SHELL_TURNS 6 /* times that normals of faces turn towards those around */
+#define PDI_SHELL_EDGE 0.5 /* cosine of the angle between faces from which on there is an edge */
+#define PDI_SHELL_LEAST 0.02 /* [cells] from the middle of a cell of the set to the surface */
+
+/* The lattice, a layer of cells around it, and where corners stand in it. */
+typedef struct pdi_shell_work {
+    pd_ctx *ctx;
+    const pdi_shell_desc *desc;
+    pdi_shell *s;
+    int m[3];            /* corners along each axis: one more than cells */
+    double *share[2];    /* [(n[0] + 2) * (n[1] + 2)] of two layers of cells */
+    int32_t *number[2];  /* [m[0] * m[1]] of the corners of two layers, -1: none */
+    double *low;         /* [corner_room][3] [cells] the middles between which a corner stays: low .. low + 1 */
+    int64_t low_room;
+    double *sum;         /* [corners][3] */
+    double *weight;      /* [corners] */
+    double *flat[2];     /* [faces][3] normals of faces, and the next ones */
+    int64_t *first;      /* [corners + 1] of the faces around a corner, in: */
+    int32_t *around;     /* [4 faces] */
+} pdi_shell_work;
+
+static pd_status pdi_shell_room(pdi_shell_work *w)
+{
+    pdi_shell *s = w->s;
+    if (s->corners == s->corner_room) {
+        int64_t room = 2 * s->corner_room + 4096;
+        if (w->low_room < room) PDI_TRY(PDI_GROW(w->ctx, "shell", 3 * w->low_room, 3 * room, w->low));
+        w->low_room = room;
+        PDI_TRY(PDI_GROW(w->ctx, "shell", 3 * s->corner_room, 3 * room, s->x));
+        s->corner_room = room;
+    }
+    if (s->corners < INT32_MAX - 1) return PD_OK;
+    return pdi_fail(w->ctx, PD_ERR_SIZE, "shell", "a surface of more than %ld corners", (long)s->corners);
+}
+
+/* The share of a cell of a layer, 0: it is not in the set. */
+static double pdi_shell_share(const pdi_shell_work *w, int layer, int i, int j)
+{
+    return w->share[layer][(int64_t)(j + 1) * (w->desc->n[0] + 2) + i + 1];
+}
+
+static void pdi_shell_shares(pdi_shell_work *w, int layer, int k)
+{
+    const int *n = w->desc->n;
+    double *to = w->share[layer];
+    for (int j = -1; j <= n[1]; j++)
+        for (int i = -1; i <= n[0]; i++, to++) {
+            int at[3], in = i >= 0 && i < n[0] && j >= 0 && j < n[1] && k >= 0 && k < n[2];
+            at[0] = i;
+            at[1] = j;
+            at[2] = k;
+            *to = in ? fmin(w->desc->share(w->desc->user, at), 1.0) : 0.0;
+        }
+}
+
+/* Does the lattice end, along an axis, in the middle of the eight cells around a corner? */
+static int pdi_shell_side(const pdi_shell_work *w, const int *at, int d)
+{
+    return at[d] == 0 || at[d] == w->desc->n[d];
+}
+
+/* Mean of the places, between 0 and 1 from the lower to the upper middles of eight cells, where edges between these
+ * cross the surface. f[8]: shares; bit d of a number is set for the upper cell along axis d. Where the lattice ends the
+ * corner stands there, and edges across count where there are no others. 0: the surface is not there. */
+static int pdi_shell_mean(const pdi_shell_work *w, const int *at, const double *f, double *mean)
+{
+    double sum[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    int count[2] = {0, 0};
+    for (int a = 0; a < 8; a++)
+        for (int d = 0; d < 3; d++) {
+            int b = a | 1 << d, side = pdi_shell_side(w, at, d);
+            if (b == a || (f[a] > 0.0) == (f[b] > 0.0)) continue;
+            double from = fmax(PDI_SHELL_LEAST, fmax(f[a], f[b]) - 0.5); /* the middle of the cell that is in the set */
+            for (int e = 0; e < 3; e++) sum[side][e] += e != d ? a >> e & 1 : f[a] > 0.0 ? from : 1.0 - from;
+            count[side]++;
+        }
+    int side = !count[0];
+    for (int d = 0; d < 3 && count[side]; d++) mean[d] = pdi_shell_side(w, at, d) ? 0.5 : sum[side][d] / count[side];
+    return count[side];
+}
+
+/* A corner among the eight cells of which (i - 1, j - 1, k - 1) is the lowest. */
+static pd_status pdi_shell_corner(pdi_shell_work *w, const int *at, const double *f, int32_t *number)
+{
+    double mean[3];
+    if (!pdi_shell_mean(w, at, f, mean)) return PD_OK;
+    PDI_TRY(pdi_shell_room(w));
+    *number = (int32_t)w->s->corners;
+    for (int d = 0; d < 3; d++) {
+        w->low[3 * w->s->corners + d] = at[d] - 0.5;
+        w->s->x[3 * w->s->corners + d] = at[d] - 0.5 + mean[d];
+    }
+    w->s->corners++;
+    return PD_OK;
+}
+
+static pd_status pdi_shell_face(pdi_shell_work *w, const int32_t *corner, const int *in, const int *out)
+{
+    pdi_shell *s = w->s;
+    int64_t room = 2 * s->faces + 4096;
+    if (s->faces == s->face_room) {
+        PDI_TRY(PDI_GROW(w->ctx, "shell", 4 * s->face_room, 4 * room, s->corner));
+        s->face_room = room;
+    }
+    if (s->faces == s->value_room) {
+        PDI_TRY(PDI_GROW(w->ctx, "shell", s->value_room, room, s->value));
+        s->value_room = room;
+    }
+    for (int k = 0; k < 4; k++) s->corner[4 * s->faces + k] = corner[k];
+    s->value[s->faces++] = w->desc->value ? w->desc->value(w->desc->user, in, out) : (double)NAN;
+    return PD_OK;
+}
+
+/* The faces around the three edges from the lowest of the eight cells of a corner upward. */
+static pd_status pdi_shell_faces(pdi_shell_work *w, const int *at, const double *f)
+{
+    for (int d = 0; d < 3; d++) {
+        int e = (d + 1) % 3, g = (d + 2) % 3, in[3], out[3];
+        int32_t corner[4];
+        if ((f[0] > 0.0) == (f[1 << d] > 0.0)) continue;
+        for (int k = 0; k < 4; k++) { /* around the edge: none, e, both, g lower */
+            int to[3] = {at[0], at[1], at[2]};
+            to[e] -= k == 1 || k == 2;
+            to[g] -= k >= 2;
+            int turned = f[0] > 0.0 ? k : 3 - k;
+            corner[turned] = w->number[(at[2] - to[2]) ? 0 : 1][(int64_t)to[1] * w->m[0] + to[0]];
+        }
+        for (int a = 0; a < 3; a++) in[a] = out[a] = at[a] - 1;
+        (f[0] > 0.0 ? out : in)[d]++;
+        PDI_TRY(pdi_shell_face(w, corner, in, out));
+    }
+    return PD_OK;
+}
+
+/* Layer by layer: layer 0 of the work is the one before. */
+static pd_status pdi_shell_march(pdi_shell_work *w)
+{
+    pdi_shell_shares(w, 1, -1);
+    for (int k = 0; k < w->m[2]; k++) {
+        double *share = w->share[0];
+        int32_t *number = w->number[0];
+        w->share[0] = w->share[1];
+        w->share[1] = share;
+        w->number[0] = w->number[1];
+        w->number[1] = number;
+        pdi_shell_shares(w, 1, k);
+        PDI_TRY(pdi_poll(w->ctx, "pictures", k));
+        for (int j = 0; j < w->m[1]; j++)
+            for (int i = 0; i < w->m[0]; i++) {
+                int at[3] = {i, j, k};
+                double f[8];
+                for (int a = 0; a < 8; a++) f[a] = pdi_shell_share(w, a >> 2, i - 1 + (a & 1), j - 1 + (a >> 1 & 1));
+                int32_t *here = &w->number[1][(int64_t)j * w->m[0] + i];
+                *here = -1;
+                PDI_TRY(pdi_shell_corner(w, at, f, here));
+                if (*here >= 0) PDI_TRY(pdi_shell_faces(w, at, f));
+            }
+    }
+    return PD_OK;
+}
+
+/* Does the face lie in a side of the lattice? */
+static int pdi_shell_cut(const pdi_shell_work *w, const int32_t *corner)
+{
+    for (int d = 0; d < 3; d++) {
+        int low = 0, high = 0;
+        for (int k = 0; k < 4; k++) {
+            low += w->low[3 * (int64_t)corner[k] + d] < 0.0;
+            high += w->low[3 * (int64_t)corner[k] + d] > w->desc->n[d] - 1.0;
+        }
+        if (low == 4 || high == 4) return 1;
+    }
+    return 0;
+}
+
+/* Sums over the neighbours of each corner; where a side cuts the set, the surface ends. */
+static void pdi_shell_neighbours(pdi_shell_work *w)
+{
+    const pdi_shell *s = w->s;
+    memset(w->sum, 0, (size_t)s->corners * 3 * sizeof *w->sum);
+    memset(w->weight, 0, (size_t)s->corners * sizeof *w->weight);
+    for (int64_t f = 0; f < s->faces; f++)
+        for (int k = 0; k < 4 && !pdi_shell_cut(w, &s->corner[4 * f]); k++) {
+            int64_t a = s->corner[4 * f + k], b = s->corner[4 * f + (k + 1) % 4];
+            for (int d = 0; d < 3; d++) {
+                w->sum[3 * a + d] += s->x[3 * b + d];
+                w->sum[3 * b + d] += s->x[3 * a + d];
+            }
+            w->weight[a] += 1.0;
+            w->weight[b] += 1.0;
+        }
+}
+
+static void pdi_shell_relax(pdi_shell_work *w)
+{
+    const pdi_shell *s = w->s;
+    for (int n = 0; n < PDI_SHELL_MOVES; n++) {
+        pdi_shell_neighbours(w);
+        for (int64_t c = 0; c < s->corners; c++)
+            for (int d = 0; d < 3 && w->weight[c] > 0.0; d++) {
+                double low = w->low[3 * c + d], *x = &s->x[3 * c + d];
+                if (low < 0.0 || low > w->desc->n[d] - 1.0) continue; /* it stays in the side of the lattice */
+                *x = fmin(fmax(*x + PDI_SHELL_PULL * (w->sum[3 * c + d] / w->weight[c] - *x), low), low + 1.0);
+            }
+    }
+}
+
+static void pdi_shell_unit(double *v)
+{
+    double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
+}
+
+/* Normals of faces: half the product of the diagonals, of length 1. */
+static void pdi_shell_flat(pdi_shell_work *w)
+{
+    const pdi_shell *s = w->s;
+    for (int64_t f = 0; f < s->faces; f++) {
+        const int32_t *c = &s->corner[4 * f];
+        double a[3], b[3], *normal = &w->flat[0][3 * f];
+        for (int d = 0; d < 3; d++) {
+            a[d] = s->x[3 * (int64_t)c[2] + d] - s->x[3 * (int64_t)c[0] + d];
+            b[d] = s->x[3 * (int64_t)c[3] + d] - s->x[3 * (int64_t)c[1] + d];
+        }
+        for (int d = 0; d < 3; d++) normal[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+        pdi_shell_unit(normal);
+    }
+}
+
+static void pdi_shell_around(pdi_shell_work *w)
+{
+    const pdi_shell *s = w->s;
+    memset(w->first, 0, (size_t)(s->corners + 1) * sizeof *w->first);
+    for (int64_t k = 0; k < 4 * s->faces; k++) w->first[s->corner[k] + 1]++;
+    for (int64_t c = 0; c < s->corners; c++) w->first[c + 1] += w->first[c];
+    for (int64_t k = 4 * s->faces - 1; k >= 0; k--) w->around[--w->first[s->corner[k] + 1]] = (int32_t)(k / 4);
+    for (int64_t c = 0; c < s->corners; c++) w->first[c] = w->first[c + 1];
+    w->first[s->corners] = 4 * s->faces;
+}
+
+/* Add the normals around a corner as a face sees them: the less, the more they differ from its own. */
+static void pdi_shell_gather(const pdi_shell_work *w, int64_t face, int64_t corner, double *sum)
+{
+    const double *own = &w->flat[0][3 * face];
+    for (int64_t k = w->first[corner]; k < w->first[corner + 1]; k++) {
+        const double *n = &w->flat[0][3 * (int64_t)w->around[k]];
+        double same = (own[0] * n[0] + own[1] * n[1] + own[2] * n[2] - PDI_SHELL_EDGE) / (1.0 - PDI_SHELL_EDGE);
+        for (int d = 0; d < 3 && same > 0.0; d++) sum[d] += same * n[d];
+    }
+}
+
+/* Normals turn towards those around, but not across an edge; then corners take the mean of those around. */
+static void pdi_shell_normals(pdi_shell_work *w)
+{
+    pdi_shell *s = w->s;
+    pdi_shell_flat(w);
+    pdi_shell_around(w);
+    for (int n = 0; n < PDI_SHELL_TURNS; n++) {
+        double *next = w->flat[1];
+        for (int64_t f = 0; f < s->faces; f++) {
+            double *sum = &next[3 * f];
+            sum[0] = sum[1] = sum[2] = 0.0;
+            for (int k = 0; k < 4; k++) pdi_shell_gather(w, f, s->corner[4 * f + k], sum);
+            pdi_shell_unit(sum);
+        }
+        w->flat[1] = w->flat[0];
+        w->flat[0] = next;
+    }
+    for (int64_t k = 0; k < 4 * s->faces; k++) {
+        double sum[3] = {0.0, 0.0, 0.0};
+        pdi_shell_gather(w, k / 4, s->corner[k], sum);
+        pdi_shell_unit(sum);
+        for (int d = 0; d < 3; d++) s->normal[3 * k + d] = (float)sum[d];
+    }
+}
+
+static void pdi_shell_means(pdi_shell_work *w)
+{
+    pdi_shell *s = w->s;
+    memset(s->mean, 0, (size_t)s->corner_room * sizeof *s->mean);
+    memset(w->weight, 0, (size_t)s->corners * sizeof *w->weight);
+    for (int64_t k = 0; k < 4 * s->faces; k++) {
+        if (isnan(s->value[k / 4])) continue;
+        s->mean[s->corner[k]] += s->value[k / 4];
+        w->weight[s->corner[k]] += 1.0;
+    }
+    for (int64_t c = 0; c < s->corners; c++) s->mean[c] = w->weight[c] > 0.0 ? s->mean[c] / w->weight[c] : (double)NAN;
+}
+
+/* From cells to metres; normals are those of the surface in metres. */
+static void pdi_shell_finish(pdi_shell_work *w)
+{
+    pdi_shell *s = w->s;
+    pdi_shell_relax(w);
+    for (int64_t k = 0; k < 3 * s->corners; k++) s->x[k] = w->desc->lo[k % 3] + s->x[k] * w->desc->h[k % 3];
+    pdi_shell_normals(w);
+    pdi_shell_means(w);
+}
+
+/* Corners and faces, in cells. */
+static pd_status pdi_shell_find(pdi_shell_work *w)
+{
+    const pdi_shell_desc *desc = w->desc;
+    pd_status status = PD_OK;
+    for (int d = 0; d < 3; d++) w->m[d] = desc->n[d] + 1;
+    int64_t layer = (int64_t)w->m[0] * w->m[1], shares = ((int64_t)desc->n[0] + 2) * (desc->n[1] + 2);
+    for (int k = 0; k < 2 && status == PD_OK; k++) {
+        status = PDI_NEW(w->ctx, "shell", shares, w->share[k]);
+        if (status == PD_OK) status = PDI_NEW(w->ctx, "shell", layer, w->number[k]);
+    }
+    if (status == PD_OK) status = pdi_shell_march(w);
+    for (int k = 0; k < 2; k++) {
+        PDI_DELETE(w->ctx, shares, w->share[k]);
+        PDI_DELETE(w->ctx, layer, w->number[k]);
+    }
+    return status;
+}
+
+PDI_FN pd_status pdi_shell_build(pd_ctx *ctx, const pdi_shell_desc *desc, pdi_shell *s)
+{
+    pdi_shell_work w;
+    memset(&w, 0, sizeof w);
+    memset(s, 0, sizeof *s);
+    w.ctx = ctx;
+    w.desc = desc;
+    w.s = s;
+    pd_status status = pdi_shell_find(&w);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 3 * s->corners, w.sum);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->corners, w.weight);
+    for (int k = 0; k < 2 && status == PD_OK; k++) status = PDI_NEW(ctx, "shell", 3 * s->faces, w.flat[k]);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->corners + 1, w.first);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 4 * s->faces, w.around);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", 12 * s->face_room, s->normal);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shell", s->corner_room, s->mean);
+    if (status == PD_OK) pdi_shell_finish(&w);
+    PDI_DELETE(ctx, 3 * s->corners, w.sum);
+    PDI_DELETE(ctx, s->corners, w.weight);
+    for (int k = 0; k < 2; k++) PDI_DELETE(ctx, 3 * s->faces, w.flat[k]);
+    PDI_DELETE(ctx, s->corners + 1, w.first);
+    PDI_DELETE(ctx, 4 * s->faces, w.around);
+    PDI_DELETE(ctx, 3 * w.low_room, w.low);
+    if (status != PD_OK) pdi_shell_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_shell_free(pd_ctx *ctx, pdi_shell *s)
+{
+    PDI_DELETE(ctx, 3 * s->corner_room, s->x);
+    PDI_DELETE(ctx, 12 * s->face_room, s->normal);
+    PDI_DELETE(ctx, s->corner_room, s->mean);
+    PDI_DELETE(ctx, 4 * s->face_room, s->corner);
+    PDI_DELETE(ctx, s->value_room, s->value);
+    memset(s, 0, sizeof *s);
+}
+
+#undef PDI_SHELL_MOVES
+#undef PDI_SHELL_PULL
+#undef PDI_SHELL_TURNS
+#undef PDI_SHELL_EDGE
+#undef PDI_SHELL_LEAST
+
+/* ======== >>io/shade.c ======== */
+/* shade: see shade.h */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#define PDI_SHADE_HIGH 0.9 /* height over width of the paper, at most */
+#define PDI_SHADE_MARGIN 26.0 /* [pixel] around the box */
+#define PDI_SHADE_LINE 1.4 /* [pixel] width of edges of the box */
+#define PDI_SHADE_LIFT 1.5 /* [pixel] that edges are put nearer, so that a face beside does not hide them */
+
+/* One sample of each pixel. */
+typedef struct pdi_shade_sample {
+    float *depth; /* [width * height] [pixel] of the nearest face so far */
+    float *value;
+    uint8_t *light;
+    double shift[2];   /* [pixel] of the sample in its pixel */
+} pdi_shade_sample;
+
+/* A corner of a triangle: place on the paper, depth, normal, value. */
+typedef struct pdi_shade_corner {
+    double at[3], normal[3], value;
+} pdi_shade_corner;
+
+static double pdi_shade_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void pdi_shade_cross(const double *a, const double *b, double *c)
+{
+    for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+}
+
+static void pdi_shade_unit(double *v)
+{
+    double length = sqrt(pdi_shade_dot(v, v));
+    for (int d = 0; d < 3 && length > 0.0; d++) v[d] /= length;
+}
+
+/* ---- the view ---- */
+
+PDI_FN void pdi_shade_size(const double *lo, const double *hi, const double *way, int width, pd_shade *s)
+{
+    double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL}, above[3] = {0.0, 0.0, 1.0};
+    memset(s, 0, sizeof *s);
+    memcpy(s->lo, lo, sizeof s->lo);
+    memcpy(s->hi, hi, sizeof s->hi);
+    memcpy(s->eye, way, sizeof s->eye);
+    pdi_shade_unit(s->eye);
+    if (fabs(s->eye[2]) > 1.0 - 1e-6) { /* along z: y is above */
+        above[1] = 1.0;
+        above[2] = 0.0;
+    }
+    pdi_shade_cross(above, s->eye, s->right);
+    pdi_shade_unit(s->right);
+    pdi_shade_cross(s->eye, s->right, s->up);
+    for (int k = 0; k < 8; k++) {
+        double x[3] = {k & 1 ? hi[0] : lo[0], k & 2 ? hi[1] : lo[1], k & 4 ? hi[2] : lo[2]};
+        double at[2] = {pdi_shade_dot(x, s->right), pdi_shade_dot(x, s->up)};
+        for (int d = 0; d < 2; d++) {
+            least[d] = fmin(least[d], at[d]);
+            most[d] = fmax(most[d], at[d]);
+        }
+    }
+    double room = 2.0 * PDI_SHADE_MARGIN;
+    s->size = fmax((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_SHADE_HIGH * width - room));
+    s->width = (int)ceil((most[0] - least[0]) / s->size + room - 1e-6);
+    s->height = (int)ceil((most[1] - least[1]) / s->size + room - 1e-6);
+    for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_SHADE_MARGIN * s->size;
+}
+
+PDI_FN pd_status pdi_shade_build(pd_ctx *ctx, const double *lo, const double *hi, const double *way, int width,
+                                 pd_shade *s)
+{
+    pdi_shade_size(lo, hi, way, width, s);
+    int64_t pixels = (int64_t)s->width * s->height;
+    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->value));
+    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->light));
+    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->cover));
+    return PDI_NEW(ctx, "shade", pixels, s->edge);
+}
+
+PDI_FN void pdi_shade_free(pd_ctx *ctx, pd_shade *s)
+{
+    int64_t pixels = (int64_t)s->width * s->height;
+    PDI_DELETE(ctx, pixels, s->value);
+    PDI_DELETE(ctx, pixels, s->light);
+    PDI_DELETE(ctx, pixels, s->cover);
+    PDI_DELETE(ctx, pixels, s->edge);
+    memset(s, 0, sizeof *s);
+}
+
+PDI_FN void pdi_shade_project(const pd_shade *s, const double *x, double *at)
+{
+    at[0] = (pdi_shade_dot(x, s->right) - s->corner[0]) / s->size;
+    at[1] = s->height - (pdi_shade_dot(x, s->up) - s->corner[1]) / s->size;
+    at[2] = pdi_shade_dot(x, s->eye) - pdi_shade_dot(s->lo, s->eye);
+}
+
+PDI_FN double pdi_shade_light(const pd_shade *s, const double *normal)
+{
+    static const double from[3] = {-0.3, 0.4, 0.866}; /* to the right, up, towards the eye */
+    double along = from[0] * pdi_shade_dot(normal, s->right) + from[1] * pdi_shade_dot(normal, s->up) +
+                   from[2] * pdi_shade_dot(normal, s->eye);
+    double length = sqrt(pdi_shade_dot(from, from));
+    return PDI_SHADE_AROUND + (1.0 - PDI_SHADE_AROUND) * fmin(fmax(along / length, 0.0), 1.0);
+}
+
+/* ---- faces ---- */
+
+static double pdi_shade_turn(const double *a, const double *b, double x, double y)
+{
+    return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+}
+
+/* A triangle whose front is seen; y down turns its sense. */
+static void pdi_shade_triangle(const pd_shade *s, const pdi_shade_corner *const *c, int flat, double value,
+                               pdi_shade_sample *p)
+{
+    double area = pdi_shade_turn(c[0]->at, c[1]->at, c[2]->at[0], c[2]->at[1]), lo[2], hi[2];
+    int first[2], last[2], most[2] = {s->width - 1, s->height - 1};
+    if (!(area < 0.0)) return;
+    for (int d = 0; d < 2; d++) {
+        lo[d] = fmin(c[0]->at[d], fmin(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        hi[d] = fmax(c[0]->at[d], fmax(c[1]->at[d], c[2]->at[d])) - p->shift[d];
+        first[d] = (int)fmax(0.0, ceil(lo[d]));
+        last[d] = (int)fmin(floor(hi[d]), most[d]);
+    }
+    for (int y = first[1]; y <= last[1]; y++)
+        for (int x = first[0]; x <= last[0]; x++) {
+            double share[3], depth = 0.0, normal[3] = {0.0, 0.0, 0.0}, mean = 0.0;
+            int in = 1;
+            for (int k = 0; k < 3; k++) {
+                share[k] = pdi_shade_turn(c[(k + 1) % 3]->at, c[(k + 2) % 3]->at, x + p->shift[0], y + p->shift[1]);
+                share[k] /= area;
+                in = in && share[k] >= 0.0;
+            }
+            if (!in) continue;
+            for (int k = 0; k < 3; k++) depth += share[k] * c[k]->at[2];
+            size_t to = (size_t)y * (size_t)s->width + (size_t)x;
+            if (!((float)(depth / s->size) > p->depth[to])) continue;
+            for (int k = 0; k < 3; k++) {
+                for (int d = 0; d < 3; d++) normal[d] += share[k] * c[k]->normal[d];
+                mean += share[k] * c[k]->value;
+            }
+            pdi_shade_unit(normal);
+            p->depth[to] = (float)(depth / s->size);
+            p->value[to] = (float)(flat ? value : mean);
+            p->light[to] = (uint8_t)(255.0 * pdi_shade_light(s, normal) + 0.5);
+        }
+}
+
+static void pdi_shade_faces(const pd_shade *s, const pdi_shell *shell, int labels, pdi_shade_sample *p)
+{
+    for (int64_t f = 0; f < shell->faces; f++) {
+        pdi_shade_corner c[4];
+        const pdi_shade_corner *one[3], *other[3];
+        for (int k = 0; k < 4; k++) {
+            int64_t n = shell->corner[4 * f + k];
+            pdi_shade_project(s, &shell->x[3 * n], c[k].at);
+            for (int d = 0; d < 3; d++) c[k].normal[d] = (double)shell->normal[12 * f + 3 * k + d];
+            c[k].value = shell->mean[n];
+        }
+        /* along the shorter diagonal */
+        int by = hypot(c[0].at[0] - c[2].at[0], c[0].at[1] - c[2].at[1]) >
+                 hypot(c[1].at[0] - c[3].at[0], c[1].at[1] - c[3].at[1]);
+        for (int k = 0; k < 3; k++) {
+            one[k] = &c[(by + k) % 4];
+            other[k] = &c[(by + 2 + k) % 4];
+        }
+        int flat = labels || isnan(shell->value[f]);
+        pdi_shade_triangle(s, one, flat, shell->value[f], p);
+        pdi_shade_triangle(s, other, flat, shell->value[f], p);
+    }
+}
+
+/* ---- edges of the box ---- */
+
+/* The pixels whose sample lies on the edge from a to b and that no face hides. */
+static void pdi_shade_edge(pd_shade *s, const pdi_shade_sample *p, const double *a, const double *b)
+{
+    double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
+    int steep = fabs(dy) > fabs(dx), along = steep ? 1 : 0;
+    if (!(square > 0.0)) return;
+    int first = (int)floor(fmin(a[along], b[along]) - 1.0), last = (int)ceil(fmax(a[along], b[along]));
+    for (int i = first; i <= last; i++) {
+        double part = fmin(1.0, fmax(0.0, (i + p->shift[along] - a[along]) / (b[along] - a[along])));
+        int middle = (int)floor(a[1 - along] + part * (b[1 - along] - a[1 - along]));
+        for (int j = middle - 3; j <= middle + 3; j++) {
+            int x = steep ? j : i, y = steep ? i : j;
+            if (x < 0 || x >= s->width || y < 0 || y >= s->height) continue;
+            double px = x + p->shift[0] - a[0], py = y + p->shift[1] - a[1];
+            double share = fmin(1.0, fmax(0.0, (px * dx + py * dy) / square));
+            if (hypot(px - share * dx, py - share * dy) > 0.5 * PDI_SHADE_LINE) continue;
+            size_t to = (size_t)y * (size_t)s->width + (size_t)x;
+            double depth = (a[2] + share * (b[2] - a[2])) / s->size + PDI_SHADE_LIFT;
+            if (depth > (double)p->depth[to] && s->edge[to] < PDI_SHADE_SIDE * PDI_SHADE_SIDE) s->edge[to]++;
+        }
+    }
+}
+
+/* Those behind the body and around it: an edge between two sides that are seen would lie over it. */
+static void pdi_shade_edges(pd_shade *s, const pdi_shade_sample *p)
+{
+    for (int d = 0; d < 3; d++)
+        for (int k = 0; k < 4; k++) {
+            int e = (d + 1) % 3, g = (d + 2) % 3;
+            double x[3], a[3], b[3];
+            if ((k & 1 ? s->eye[e] : -s->eye[e]) > 0.0 && (k & 2 ? s->eye[g] : -s->eye[g]) > 0.0) continue;
+            x[e] = k & 1 ? s->hi[e] : s->lo[e];
+            x[g] = k & 2 ? s->hi[g] : s->lo[g];
+            x[d] = s->lo[d];
+            pdi_shade_project(s, x, a);
+            x[d] = s->hi[d];
+            pdi_shade_project(s, x, b);
+            pdi_shade_edge(s, p, a, b);
+        }
+}
+
+/* ---- samples ---- */
+
+/* Sums of the samples of each pixel. */
+typedef struct pdi_shade_sums {
+    double *value;
+    uint16_t *light;
+    uint8_t *valued;
+} pdi_shade_sums;
+
+static void pdi_shade_add(pd_shade *s, const pdi_shade_sample *p, int labels, pdi_shade_sums *sums)
+{
+    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
+        if (!(p->depth[k] > -FLT_MAX)) continue;
+        s->cover[k]++;
+        sums->light[k] = (uint16_t)(sums->light[k] + p->light[k]);
+        if (isnan(p->value[k]) || (labels && sums->valued[k])) continue;
+        sums->value[k] += (double)p->value[k];
+        sums->valued[k]++;
+    }
+}
+
+static void pdi_shade_samples(pd_shade *s, const pdi_shell *shell, int labels, pdi_shade_sample *p,
+                              pdi_shade_sums *sums)
+{
+    size_t pixels = (size_t)s->width * (size_t)s->height;
+    memset(s->cover, 0, pixels);
+    memset(s->edge, 0, pixels);
+    for (int n = 0; n < PDI_SHADE_SIDE * PDI_SHADE_SIDE; n++) {
+        p->shift[0] = (n % PDI_SHADE_SIDE + 0.5) / PDI_SHADE_SIDE;
+        p->shift[1] = (n / PDI_SHADE_SIDE + 0.5) / PDI_SHADE_SIDE;
+        for (size_t k = 0; k < pixels; k++) p->depth[k] = -FLT_MAX;
+        pdi_shade_faces(s, shell, labels, p);
+        pdi_shade_edges(s, p);
+        pdi_shade_add(s, p, labels, sums);
+    }
+    for (size_t k = 0; k < pixels; k++) {
+        s->light[k] = s->cover[k] ? (uint8_t)((sums->light[k] + s->cover[k] / 2) / s->cover[k]) : 0;
+        s->value[k] = sums->valued[k] ? (float)(sums->value[k] / sums->valued[k]) : (float)NAN;
+    }
+}
+
+PDI_FN pd_status pdi_shade_draw(pd_ctx *ctx, const pdi_shell *shell, int labels, pd_shade *s)
+{
+    pdi_shade_sample p;
+    pdi_shade_sums sums;
+    int64_t pixels = (int64_t)s->width * s->height;
+    memset(&p, 0, sizeof p);
+    memset(&sums, 0, sizeof sums);
+    pd_status status = PDI_NEW(ctx, "shade", pixels, p.depth);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, p.value);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, p.light);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.value);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.light);
+    if (status == PD_OK) status = PDI_NEW(ctx, "shade", pixels, sums.valued);
+    if (status == PD_OK) pdi_shade_samples(s, shell, labels, &p, &sums);
+    PDI_DELETE(ctx, pixels, p.depth);
+    PDI_DELETE(ctx, pixels, p.value);
+    PDI_DELETE(ctx, pixels, p.light);
+    PDI_DELETE(ctx, pixels, sums.value);
+    PDI_DELETE(ctx, pixels, sums.light);
+    PDI_DELETE(ctx, pixels, sums.valued);
+    return status;
+}
+
+#undef PDI_SHADE_HIGH
+#undef PDI_SHADE_MARGIN
+#undef PDI_SHADE_LINE
+#undef PDI_SHADE_LIFT
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_IO)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#endif
+
+/* ======== >>io/relief.c ======== */
+/* relief: see relief.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_RELIEF_METAL 0xC9CED6u /* colour of metal in full light */
+#define PDI_RELIEF_EDGE 0x5F6368u /* colour of edges of the box */
+#define PDI_RELIEF_LEFT 24 /* [pixel] of the view */
+#define PDI_RELIEF_SCALE 0.22 /* times the width of the view: the longest scale */
+#define PDI_RELIEF_OUT 15.0 /* [pixel] from an edge to the letter of its axis */
+#define PDI_RELIEF_BAR 0.8 /* height of the bar over that of the view */
+
+typedef struct pdi_relief_layout {
+    int left, top, width, height;
+    pdi_ticks axis;
+    pdi_bar bar;
+    uint32_t table[PDI_COLOUR_COUNT];
+    char label[PDI_LABEL_SIZE], scale_label[32];
+    double scale; /* [pixel] */
+} pdi_relief_layout;
+
+/* A round length that is not longer than the longest scale. */
+static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
+{
+    static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
+    static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0};
+    double most = PDI_RELIEF_SCALE * s->width * s->size, power = pow(10.0, floor(log10(most)));
+    double length = (most >= 5.0 * power ? 5.0 : most >= 2.0 * power ? 2.0 : 1.0) * power;
+    int unit = 0;
+    while (unit < 3 && length * (1.0 + 1e-9) >= sizes[unit + 1]) unit++;
+    snprintf(l->scale_label, sizeof l->scale_label, "%.3g %s", length / sizes[unit], units[unit]);
+    l->scale = length / s->size;
+}
+
+static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
+{
+    const pd_shade *s = r->shade;
+    const char *widest = r->widest ? r->widest : r->stamp;
+    int title = r->title ? pdi_canvas_text_width(r->title) + 1 : 0;
+    int stamp = r->stamp ? pdi_canvas_text_width(widest) : 0;
+    l->left = PDI_RELIEF_LEFT;
+    l->top = 52;
+    int right = l->left + s->width, header = l->left + title + stamp + 30;
+    if (r->coloured && r->map != PD_MAP_LABELS) {
+        pdi_bar *b = &l->bar;
+        l->axis.log = r->log;
+        l->axis.lo = r->lo;
+        l->axis.hi = r->hi;
+        pdi_ticks_widen(0, &l->axis);
+        b->height = (int)(PDI_RELIEF_BAR * s->height);
+        pdi_ticks_ticks(b->height / 50 + 1, &l->axis);
+        b->left = right + 16;
+        b->top = l->top + (s->height - b->height) / 2;
+        b->axis = &l->axis;
+        b->table = l->table;
+        b->label = r->label ? l->label : NULL;
+        b->label_left = b->left + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis) + 16;
+        right = b->label_left + (r->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    }
+    l->width = (right > header ? right : header) + 22;
+    l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL + 22;
+}
+
+static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l, double value)
+{
+    if (!r->coloured || isnan(value)) return PDI_RELIEF_METAL;
+    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_colour_label((int64_t)floor(value + 0.5));
+    if (r->log && !(value > 0)) return PDI_RELIEF_METAL;
+    return pdi_bar_colour(l->table, pdi_ticks_place(&l->axis, value));
+}
+
+/* The colour of a pixel: that of the surface in its light, over paper, under edges. */
+static uint32_t pdi_relief_colour(const pdi_relief *r, const pdi_relief_layout *l, size_t k)
+{
+    const pd_shade *s = r->shade;
+    double samples = PDI_SHADE_SIDE * PDI_SHADE_SIDE, cover = s->cover[k] / samples, edge = s->edge[k] / samples;
+    uint32_t base = s->cover[k] ? pdi_relief_base(r, l, (double)s->value[k]) : PDI_CANVAS_PAPER, colour = 0;
+    for (int c = 16; c >= 0; c -= 8) {
+        double paper = (double)(PDI_CANVAS_PAPER >> c & 255), ink = (double)(PDI_RELIEF_EDGE >> c & 255);
+        double body = (double)(base >> c & 255) * s->light[k] / 255.0, mixed = paper + cover * (body - paper);
+        mixed += edge * (ink - mixed);
+        colour |= (uint32_t)(mixed + 0.5) << c;
+    }
+    return colour;
+}
+
+static void pdi_relief_pixels(const pdi_relief *r, const pdi_relief_layout *l, int left, int top, pdi_canvas *canvas)
+{
+    for (int y = 0; y < r->shade->height; y++)
+        for (int x = 0; x < r->shade->width; x++) {
+            uint32_t colour = pdi_relief_colour(r, l, (size_t)y * (size_t)r->shade->width + (size_t)x);
+            pdi_canvas_fill(canvas, left + x, top + y, left + x + 1, top + y + 1, colour);
+        }
+}
+
+/* The letter of an axis stands outside, beside an edge of the outline: of x and y the lower one, of z the left one. */
+static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d, pdi_canvas *canvas)
+{
+    int e = (d + 1) % 3, g = (d + 2) % 3;
+    double best = -HUGE_VAL, x[3], a[3], b[3], at[2] = {0.0, 0.0}, middle[3], out[2];
+    char letter[2] = {"xyz"[d], '\0'};
+    for (int k = 0; k < 4; k++) {
+        double first = k & 1 ? s->eye[e] : -s->eye[e], second = k & 2 ? s->eye[g] : -s->eye[g];
+        x[e] = k & 1 ? s->hi[e] : s->lo[e];
+        x[g] = k & 2 ? s->hi[g] : s->lo[g];
+        if ((first > 0.0) == (second > 0.0)) continue; /* both faces are seen, or none */
+        x[d] = s->lo[d];
+        pdi_shade_project(s, x, a);
+        x[d] = s->hi[d];
+        pdi_shade_project(s, x, b);
+        double place = d == 2 ? -(a[0] + b[0]) : a[1] + b[1];
+        if (!(place > best) || !(hypot(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
+        best = place;
+        out[0] = b[1] - a[1];
+        out[1] = a[0] - b[0];
+        for (int c = 0; c < 2; c++) at[c] = 0.5 * (a[c] + b[c]);
+    }
+    if (!(best > -HUGE_VAL)) return;
+    for (int c = 0; c < 3; c++) x[c] = 0.5 * (s->lo[c] + s->hi[c]);
+    pdi_shade_project(s, x, middle);
+    double sense = out[0] * (at[0] - middle[0]) + out[1] * (at[1] - middle[1]) < 0.0 ? -1.0 : 1.0;
+    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / hypot(out[0], out[1]);
+    pdi_canvas_text(canvas, l->left + (int)at[0], l->top + (int)at[1] - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_CENTRE,
+                    PDI_CANVAS_INK, letter);
+}
+
+static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pdi_canvas *canvas)
+{
+    int y = l->top + r->shade->height + 14, right = l->left + r->shade->width, wide = (int)(l->scale + 0.5);
+    int taken = l->left + (r->title ? pdi_canvas_text_width(r->title) + 30 : 0);
+    if (r->title) pdi_canvas_title(canvas, l->left, 24, PDI_CANVAS_INK, r->title);
+    if (r->stamp) {
+        int start = right - pdi_canvas_text_width(r->stamp);
+        pdi_canvas_text(canvas, start > taken ? start : taken, 24, PDI_ALIGN_START, PDI_CANVAS_INK, r->stamp);
+    }
+    int middle = y + PDI_CANVAS_CAPITAL / 2;
+    pdi_canvas_fill(canvas, l->left, middle - 1, l->left + wide, middle + 2, PDI_CANVAS_INK);
+    pdi_canvas_text(canvas, l->left + wide + 10, y, PDI_ALIGN_START, PDI_CANVAS_INK, l->scale_label);
+    for (int d = 0; d < 3; d++) pdi_relief_axis(r->shade, l, d, canvas);
+}
+
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, pdi_canvas *canvas)
+{
+    const pd_shade *s = r->shade;
+    pdi_relief_layout l;
+    pdi_canvas view;
+    memset(canvas, 0, sizeof *canvas);
+    memset(&l, 0, sizeof l);
+    pdi_colour_table(r->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : r->map, l.table);
+    if (r->label) pdi_label_print(r->label, l.label);
+    pdi_relief_scale(s, &l);
+    pdi_relief_place(r, &l);
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
+                : pdi_canvas_init(ctx, l.width, l.height, canvas));
+    if (!svg) pdi_relief_pixels(r, &l, l.left, l.top, canvas);
+    else {
+        PDI_TRY(pdi_canvas_init(ctx, s->width, s->height, &view));
+        pdi_relief_pixels(r, &l, 0, 0, &view);
+        pdi_canvas_image(canvas, l.left, l.top, &view.image);
+        pdi_image_free(ctx, &view.image);
+    }
+    if (l.bar.axis) pdi_bar_draw(&l.bar, canvas);
+    pdi_relief_words(r, &l, canvas);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_relief_on(ctx, relief, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    *image = canvas.image;
+    return status;
+}
+
+PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief)
+{
+    pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_relief_on(ctx, relief, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
+    PDI_TRY(pdi_relief_draw(ctx, relief, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
+    return status;
+}
+
+#undef PDI_RELIEF_METAL
+#undef PDI_RELIEF_EDGE
+#undef PDI_RELIEF_LEFT
+#undef PDI_RELIEF_SCALE
+#undef PDI_RELIEF_OUT
+#undef PDI_RELIEF_BAR
 
 /* ======== >>io/vti.c ======== */
 /* vti: see vti.h */
@@ -53830,6 +55594,15 @@ static const pd_key pdi_keys_of_output[] = {
      "`yes`: a film of each drawn field, `C_film.png`"},
     {"contours", "of the field", "none",
      "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
+    {"streamlines", "-", "none",
+     "2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, how "
+     "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
+    {"vectors", "-", "none",
+     "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
+    {"surface", "-", "no",
+     "3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours"},
+    {"view", "-", "1, -1, 1",
+     "3D: direction in which the eye that looks at the surface stands"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},
@@ -58524,12 +60297,15 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
 #include <string.h>
 
 #define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+#define PDI_READ_DRAWING_STREAMLINES 36 /* that fit side by side, when the scene does not say how many */
+#define PDI_READ_DRAWING_VECTORS 30 /* the same of arrows */
 
 typedef struct pdi_read_drawing {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
     int section;
+    unsigned drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
 /* The next part of a list with commas, without blanks around it; 0 at the end. */
@@ -58550,7 +60326,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -58663,7 +60439,25 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* ---- contours ---- */
+/* ---- lines ---- */
+
+/* Cut the item behind its first word; what stands there. */
+static char *pdi_read_drawing_behind(char *item)
+{
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    return from + strspn(from, " \t");
+}
+
+/* A whole number between both; 0: it is none. */
+static int pdi_read_drawing_count(const char *from, int lo, int hi)
+{
+    int count = 0;
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= hi; k++) count = 10 * count + (from[k] - '0');
+    return !from[digits] && count >= lo && count <= hi ? count : 0;
+}
 
 /* 1: the word is a number, or begins as one. */
 static int pdi_read_drawing_digit(const char *word)
@@ -58708,11 +60502,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT];
-    int field, count = 0;
-    size_t word = strcspn(item, " \t");
-    char *from = item + word + (item[word] != '\0');
-    item[word] = '\0';
-    from += strspn(from, " \t");
+    int field;
+    char *from = pdi_read_drawing_behind(item);
     PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
     PDI_TRY(pdi_read_drawing_still(r, "contours", field));
     if (pdi_setup_field_numbered((pd_field)field))
@@ -58724,10 +60515,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
         drawing->levels[field] = 1;
         return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
     }
-    size_t digits = strspn(from, "0123456789");
-    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
-    drawing->contours[field] = count;
-    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
+    if (drawing->contours[field]) return PD_OK;
     pdi_setup_field_unit((pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
@@ -58740,6 +60529,64 @@ static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
     if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
     while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
+/* "v, C 40": fields over which the flow is drawn, with a number of lines or arrows that fit side by side. */
+static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int usual, int *across)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    int field;
+    if (!pdi_text_has(r->ctx, r->text, r->section, key)) return PD_OK;
+    if (pdi_setup_field_needs(r->setup, PD_FIELD_V))
+        return pdi_text_refuse(r->ctx, r->text, r->section, key, "found without %s",
+                               pdi_setup_field_needs(r->setup, PD_FIELD_V));
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, key, NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        const char *from = pdi_read_drawing_behind(item);
+        PDI_TRY(pdi_read_drawing_field(r, key, item, &field));
+        PDI_TRY(pdi_read_drawing_still(r, key, field));
+        if (across[field]) return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s' twice", item);
+        across[field] = *from ? pdi_read_drawing_count(from, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST) : usual;
+        if (!across[field])
+            return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.60s' behind '%s', expected how many fit "
+                                   "side by side, from %d to %d", from, item, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
+    return PD_OK;
+}
+
+/* ---- the surface of the metal ---- */
+
+/* "yes", or a field that gives its colours */
+static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    const char *word;
+    int count = 3, k = 0;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "surface", "no", &word));
+    PDI_TRY(pdi_text_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->way, &count));
+    if (count != 3 || !(fabs(drawing->way[0]) + fabs(drawing->way[1]) + fabs(drawing->way[2]) > 0.0))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found no direction, expected three numbers, for "
+                               "example 1, -1, 1");
+    if (strcmp(word, "no") == 0 && pdi_text_has(r->ctx, r->text, r->section, "view"))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found without 'surface'");
+    if (strcmp(word, "no") == 0) return PD_OK;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found in %dD, expected it in 3D", PD_DIM);
+    if (r->setup->solid < 0)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
+    drawing->surface = 1;
+    if (strcmp(word, "yes") == 0) return PD_OK;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name((pd_field)k)) != 0) k++;
+    if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%.40s', expected yes, no or a field "
+                               "with values on the surface of the metal", word);
+    if (pdi_setup_field_needs(r->setup, (pd_field)k))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
+                               pdi_setup_field_needs(r->setup, (pd_field)k));
+    drawing->surface = 2 + k;
+    r->drawn |= 1u << k;
     return PD_OK;
 }
 
@@ -58762,16 +60609,19 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours"};
+    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 4; k++)
+    for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
+    r->drawn = r->setup->images;
     PDI_TRY(pdi_read_drawing_contours(r));
+    PDI_TRY(pdi_read_drawing_flow(r, "streamlines", PDI_READ_DRAWING_STREAMLINES, drawing->streamlines));
+    PDI_TRY(pdi_read_drawing_flow(r, "vectors", PDI_READ_DRAWING_VECTORS, drawing->vectors));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -58780,7 +60630,8 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
+                                       "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
@@ -58799,8 +60650,10 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
     r.text = text;
     r.setup = setup;
     r.section = section;
+    r.drawn = setup->images;
     PDI_TRY(pdi_read_drawing_formats(&r));
-    if (!setup->images) return pdi_read_drawing_none(&r);
+    PDI_TRY(pdi_read_drawing_surface(&r));
+    if (!setup->images && !setup->drawing.surface) return pdi_read_drawing_none(&r);
     PDI_TRY(pdi_read_drawing_log(&r));
     PDI_TRY(pdi_read_drawing_ranges(&r));
     PDI_TRY(pdi_read_drawing_plane(&r));
@@ -58812,6 +60665,8 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
 }
 
 #undef PDI_READ_DRAWING_ITEM
+#undef PDI_READ_DRAWING_STREAMLINES
+#undef PDI_READ_DRAWING_VECTORS
 
 /* ======== >>scene/read_measured.c ======== */
 /* read_measured: see read_measured.h */
@@ -60684,17 +62539,35 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
     return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
+/* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
+static double pdi_footprint_sight(const pd_setup *u)
+{
+    pd_shade s;
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
+    if (PD_DIM < 3 || !u->drawing.surface) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM;
+        lo[d] = u->lo[d];
+        hi[d] = u->hi[d];
+        faces += 2.0 * (u->hi[d] - u->lo[d]) / u->h[d] * (u->hi[e] - u->lo[e]) / u->h[e];
+    }
+    pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
+    double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
+    return 7.0 * pixels + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+}
+
 /* Pictures come one by one: the largest counts. */
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
-    double largest = 0.0;
+    int lines = 0, flows = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    double largest = 0.0, across = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_FOOTPRINT_PLOT;
+    largest = fmax(largest, pdi_footprint_sight(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
@@ -60710,7 +62583,14 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
-    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        lines = lines || u->drawing.contours[k];
+        flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
+        across = fmax(across, u->drawing.streamlines[k]);
+    }
+    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    /* points of streamlines, 12 of 80 bytes over the distance between lines */
+    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
     if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;
@@ -61929,6 +63809,82 @@ PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views)
     memset(views, 0, sizeof *views);
 }
 
+/* ======== >>run/sight.c ======== */
+/* sight: see sight.h */
+#include <math.h>
+#include <string.h>
+
+PDI_FN int pdi_sight_wanted(const pd_setup *u) { return PD_DIM == 3 && u->drawing.surface; }
+
+PDI_FN pd_field pdi_sight_field(const pd_setup *u)
+{
+    return u->drawing.surface > 1 ? (pd_field)(u->drawing.surface - 2) : PD_FIELD_COUNT;
+}
+
+PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *u, pd_shade *shade)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0};
+    for (int d = 0; d < PD_DIM; d++) {
+        lo[d] = u->lo[d];
+        hi[d] = u->hi[d];
+    }
+    return pdi_shade_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, shade);
+}
+
+/* Metal that dissolves has lost a part of its outer cells. */
+static double pdi_sight_share(const void *user, const int *i)
+{
+    const pd_model *m = (const pd_model *)user;
+    int32_t node = pd_grid_node(&m->grid, i);
+    if (m->grid.kind[node] != PD_SOLID) return 0.0;
+    if (!m->setup->has_dissolve) return 1.0;
+    return fmax(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
+}
+
+/* Fields of the metal have the value of its cell, others that of the fluid beside it. */
+static double pdi_sight_value(const void *user, const int *in, const int *out)
+{
+    const pd_model *m = (const pd_model *)user;
+    pd_field field = pdi_sight_field(m->setup);
+    int metal = pdi_setup_field_metal(field);
+    if (!metal && !pdi_grid_inside(&m->grid, out)) return (double)NAN;
+    int32_t node = pd_grid_node(&m->grid, metal ? in : out);
+    if (!metal && m->grid.kind[node] != PD_FLUID) return (double)NAN;
+    return pdi_sample_node(m, field, node);
+}
+
+PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *m, pd_shade *shade)
+{
+    pdi_shell_desc desc;
+    pdi_shell shell;
+    pd_field field = pdi_sight_field(m->setup);
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        desc.n[d] = m->grid.n[d];
+        desc.lo[d] = m->grid.lo[d];
+        desc.h[d] = m->grid.h[d];
+    }
+    desc.share = pdi_sight_share;
+    desc.value = field < PD_FIELD_COUNT ? pdi_sight_value : NULL;
+    desc.user = m;
+    PDI_TRY(pdi_shell_build(ctx, &desc, &shell));
+    pd_status status = pdi_shade_draw(ctx, &shell, field < PD_FIELD_COUNT && pdi_setup_field_numbered(field), shade);
+    pdi_shell_free(ctx, &shell);
+    return status;
+}
+
+PDI_FN void pdi_sight_ends(const pd_shade *s, int log, double *lo, double *hi)
+{
+    *lo = HUGE_VAL;
+    *hi = -HUGE_VAL;
+    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
+        double value = (double)s->value[k];
+        if (isnan(value) || (log && !(value > 0.0))) continue;
+        *lo = fmin(*lo, value);
+        *hi = fmax(*hi, value);
+    }
+}
+
 /* ======== >>run/images.c ======== */
 /* images: see images.h */
 #include <float.h>
@@ -61952,17 +63908,38 @@ typedef struct pdi_images_head {
 /* Is the metal drawn where it has moved to? */
 static int pdi_images_moved(const pd_images *im, pd_field field)
 {
-    return im->move && pdi_setup_field_metal(field);
+    return im->move && field < PD_FIELD_COUNT && pdi_setup_field_metal(field);
 }
 
 static int pdi_images_drawn(const pd_images *im, pd_field field)
 {
+    if (field == PD_IMAGES_SURFACE) return pdi_sight_wanted(im->model->setup);
     return (int)(im->model->setup->images >> field & 1u);
+}
+
+/* The field that gives its colours; PD_FIELD_COUNT: none does. */
+static pd_field pdi_images_field(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? pdi_sight_field(im->model->setup) : field;
+}
+
+/* "C", in names of files */
+static const char *pdi_images_name(pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(field);
+}
+
+/* Is the flow drawn over it? */
+static int pdi_images_flows(const pd_images *im, pd_field field)
+{
+    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
 }
 
 static int pdi_images_log(const pd_images *im, pd_field field)
 {
-    return (int)(im->model->setup->drawing.log >> field & 1u);
+    pd_field of = pdi_images_field(im, field);
+    return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
 static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
@@ -62050,6 +64027,20 @@ static int pdi_images_joined(const void *user, int cell, int other)
     return 0;
 }
 
+/* The flow of this instant. */
+static void pdi_images_velocities(pd_images *im)
+{
+    const pd_model *m = im->model;
+    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        im->velocity[k] = fluid ? pdi_images_round(right[node]) : (double)NAN;
+        im->velocity[im->cells + k] = fluid ? pdi_images_round(mirrored ? -up[node] : up[node]) : (double)NAN;
+    }
+}
+
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
@@ -62099,6 +64090,7 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
 /* The range does not depend on frames. */
 static int pdi_images_known(const pd_setup *u, pd_field field)
 {
+    if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
     const double *range = u->drawing.range[field];
     int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
     return range[0] < range[1] || (shares && !(u->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
@@ -62110,8 +64102,11 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     pd_images_view *view = &im->view[field];
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
-    if (pdi_images_known(im->model->setup, field)) return PD_OK;
-    pdi_images_ends(im, field, &lo, &hi);
+    for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
+        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
+    if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
+    if (field == PD_IMAGES_SURFACE) pdi_sight_ends(&im->sight, pdi_images_log(im, field), &lo, &hi);
+    else pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
     view->hi = fmax(view->hi, hi);
     return PD_OK;
@@ -62160,12 +64155,27 @@ static pd_map pdi_images_map(const pd_setup *u, pd_field field)
 static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
 {
     const pd_setup *u = im->model->setup;
-    *lo = u->drawing.range[field][0];
-    *hi = u->drawing.range[field][1];
+    pd_field of = pdi_images_field(im, field);
+    *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
+    *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
     if (*lo < *hi) return;
-    *lo = pdi_images_known(u, field) ? 0.0 : im->view[field].lo;
-    *hi = pdi_images_known(u, field) ? 1.0 : im->view[field].hi;
+    *lo = pdi_images_known(u, of) ? 0.0 : im->view[field].lo;
+    *hi = pdi_images_known(u, of) ? 1.0 : im->view[field].hi;
     pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
+}
+
+static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *picture)
+{
+    const pd_grid *grid = &im->model->grid;
+    if (!pdi_images_flows(im, field)) return;
+    picture->streamlines = im->model->setup->drawing.streamlines[field];
+    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->velocity = im->velocity;
+    picture->fastest = im->view[field].fastest;
+    for (int k = 0; k < 4; k++) {
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
+        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+    }
 }
 
 static void pdi_images_names(pd_field field, pd_picture *picture)
@@ -62204,6 +64214,7 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->contour_count = drawing->contours[field];
     picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_flow(im, field, picture);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
@@ -62253,6 +64264,30 @@ static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_ima
     plot->series[0].count = im->nx;
 }
 
+/* 3D: the surface of the metal. */
+static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double time, const char *path, pd_image *image)
+{
+    const pd_setup *u = im->model->setup;
+    pd_field of = pdi_sight_field(u);
+    pdi_images_text text;
+    pdi_relief relief;
+    memset(&relief, 0, sizeof relief);
+    relief.shade = &im->sight;
+    relief.coloured = of < PD_FIELD_COUNT;
+    snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.coloured ? ", " : "",
+             relief.coloured ? pdi_setup_field_name(of) : "");
+    relief.title = text.title;
+    relief.stamp = pdi_images_stamp(time, &text);
+    relief.widest = "t = 000.000 min";
+    if (relief.coloured) {
+        relief.map = pdi_images_map(u, of);
+        relief.log = pdi_images_log(im, of);
+        relief.label = pdi_setup_field_label(of);
+        pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
+    }
+    return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
+}
+
 /* Draw the frame in memory: into the image, or, where there is none, into a file. */
 static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
                                  pd_image *image)
@@ -62262,6 +64297,7 @@ static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, dou
     pdi_warp warp;
     pd_plot plot;
     double *x = NULL;
+    if (field == PD_IMAGES_SURFACE) return pdi_images_surface(ctx, im, time, path, image);
     if (PD_DIM > 1) {
         pdi_images_picture(im, field, time, &text, &picture);
         if (!pdi_images_moved(im, field))
@@ -62282,7 +64318,7 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(field), end);
     PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
@@ -62304,7 +64340,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PDI_TRY(pdi_file_frame_name(ctx, pdi_setup_field_name(field), frame, time, ends[k], name));
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
@@ -62343,23 +64379,38 @@ static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void 
     return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
 }
 
+/* The surface of the metal. */
+static pd_status pdi_images_sight(pd_ctx *ctx, pd_images *im, pd_file *file, int reading)
+{
+    size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.value, pixels * sizeof *im->sight.value));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.light, pixels));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.cover, pixels));
+    return pdi_images_bytes(ctx, file, reading, im->sight.edge, pixels);
+}
+
 /* What follows the head; a newline is its end. */
 static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
 {
     char end = '\n';
-    PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
-    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_images_sight(ctx, im, file, reading));
+    else {
+        PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
+        PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    }
     if (pdi_images_moved(im, field)) {
         PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
         PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
     }
+    if (pdi_images_flows(im, field)) PDI_TRY(pdi_images_numbers(ctx, file, reading, im->velocity, 2 * im->cells));
     return pdi_images_bytes(ctx, file, reading, &end, 1);
 }
 
 /* [byte] of it. */
 static int64_t pdi_images_size(const pd_images *im, pd_field field)
 {
-    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+    if (field == PD_IMAGES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
+    return im->cells * ((pdi_images_moved(im, field) ? 14 : 5) + (pdi_images_flows(im, field) ? 8 : 0)) + 1;
 }
 
 static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
@@ -62384,11 +64435,13 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     memset(&warp, 0, sizeof warp);
     im->last = frame;
     if (im->move) pdi_images_moves(im);
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    if (im->velocity) pdi_images_velocities(im);
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_images_drawn(im, field)) continue;
         PDI_TRY(pdi_poll(ctx, "pictures", k));
-        pdi_images_fill(im, field);
+        if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_sight_take(ctx, im->model, &im->sight));
+        else pdi_images_fill(im, field);
         if (pdi_images_moved(im, field)) {
             pdi_images_picture(im, field, time, &text, &picture);
             pdi_images_warp(im, field, &picture, &warp);
@@ -62439,7 +64492,7 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
 static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_setup_field_name(field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(field));
     PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
 }
@@ -62465,7 +64518,7 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     if (!im->keeps) return PD_OK;
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
-    for (int k = 0; k < PD_FIELD_COUNT; k++)
+    for (int k = 0; k < PD_IMAGES_COUNT; k++)
         if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
@@ -62485,9 +64538,10 @@ PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *im)
 /* Frames are drawn again where their range may grow. */
 static int pdi_images_grow(const pd_images *im)
 {
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        int known = pdi_images_known(im->model->setup, pdi_images_field(im, field)) && !pdi_images_moved(im, field) &&
+                    !(field < PD_FIELD_COUNT && im->model->setup->drawing.vectors[field]);
         if (pdi_images_drawn(im, field) && !known) return 1;
     }
     return 0;
@@ -62496,10 +64550,14 @@ static int pdi_images_grow(const pd_images *im)
 static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
 {
     const pd_setup *u = im->model->setup;
+    if (pdi_sight_wanted(u)) PDI_TRY(pdi_sight_build(ctx, u, &im->sight));
+    if (!u->images) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
         PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
+        if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
     return PDI_NEW(ctx, "images", im->cells, im->joined);
@@ -62511,14 +64569,14 @@ PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder 
     memset(im, 0, sizeof *im);
     im->model = model;
     im->folder = folder;
-    if (!u->images) return PD_OK;
+    if (!u->images && !pdi_sight_wanted(u)) return PD_OK;
     im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
     im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
     im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
     im->nx = model->grid.n[im->right];
     im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
     im->cells = (int64_t)im->nx * im->ny;
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_images_view *view = &im->view[k];
         view->lo = view->low[0] = view->low[1] = HUGE_VAL;
         view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
@@ -62541,7 +64599,7 @@ PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
 PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
+    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_IMAGES_COUNT));
     PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "listed last pictures", &im->latest, 1));
@@ -62558,8 +64616,10 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, im->cells, im->cell);
     PDI_DELETE(ctx, im->cells, im->paint);
     PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
     PDI_DELETE(ctx, im->cells, im->sorted);
+    pdi_shade_free(ctx, &im->sight);
     memset(im, 0, sizeof *im);
 }
 
@@ -62608,7 +64668,8 @@ static int pdi_output_derived(pd_field field)
 static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
-    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
+    unsigned drawn = pdi_sight_wanted(m->setup) ? 1u << pdi_sight_field(m->setup) : 0;
+    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_output_own((pd_field)k) && m->grid.kind[i] != PD_SOLID

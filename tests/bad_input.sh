@@ -97,6 +97,15 @@ mol/m3"
 drawn "contours at no value" 'contours = C at mol\/m3' \
     "bad.scene:9: contours: found no value behind 'C at', expected some: C at 1 2 mol/m3"
 drawn "contours twice" 'contours = C 8, C at 1 mol\/m3' "bad.scene:9: contours: found 'C' twice"
+drawn "streamlines over what is not drawn" 'streamlines = v' \
+    "bad.scene:9: streamlines: found 'v', expected one of the fields of 'images'"
+drawn "streamlines twice" 'streamlines = C, C 30' "bad.scene:9: streamlines: found 'C' twice"
+drawn "too many streamlines" 'streamlines = kind 101' \
+    "bad.scene:9: streamlines: found '101' behind 'kind', expected how many fit side by side, from 4 to 100"
+drawn "no number of arrows" 'vectors = C many' \
+    "bad.scene:9: vectors: found 'many' behind 'C', expected how many fit side by side, from 4 to 100"
+drawn "a surface in 2D" 'surface = yes' "bad.scene:9: surface: found in 2D, expected it in 3D"
+drawn "a view of nothing" 'view = 1, 1, 1' "bad.scene:9: view: found without 'surface'"
 drawn "no animation" 'animate = gif' \
     "bad.scene:9: column 41: found 'gif', expected one of no, yes, false, true, off, on"
 spoil "a key of pictures without any" 's/fields = C, v/fields = C  width = 500/' \

@@ -14,6 +14,7 @@ cat > pin.scene << 'END'
 [dissolve]  rate = 1.3 um/h * (1 - C/Csat)   Csat = 56 mol/m3   gb_factor = 3
 [run]       until = 4 h   fraction = 0.03
 [output]    every = 1 h   fields = C, v, kind   images = C, kind   animate = yes   percentile = 99 %
+            streamlines = C   vectors = kind
 [probe a]   at = 100 um, 0
 [force pin] box = -50 um .. 100 um, -30 um .. 30 um   balance = no
 [total all]
@@ -27,6 +28,7 @@ cat > pit.scene << 'END'
 [corrode]     Cs = 143 mol/L   Csat = 5.1 mol/L   D = 8.5e-10 m2/s   current = 5 A/cm2
 [run]         until = 0.3 s   max_step = 0.02 s
 [output]      every = 0.1 s   fields = C, kind   images = C   slice = y 0.5 um
+              surface = density   view = 1, -2, 3   animate = yes   width = 300
 [total all]
 END
 

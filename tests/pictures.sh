@@ -186,6 +186,85 @@ else
     skipped=$((skipped + 1))
 fi
 
+# The flow: a stream around a block whose speed doubles. The longest arrow belongs to the last frame, so the others are
+# drawn again, and show the same as with --live, whose last picture is the last one.
+cat > stream.scene << 'END'
+[grid]        h = 10 um   box = 0 .. 300 um, 0 .. 200 um
+[shape block] box = 100 um .. 160 um, 60 um .. 140 um   kind = wall
+[side x-]     flow = inlet   profile = uniform   mean = 1 mm/s * (1 + t / 1 s)
+[side x+]     flow = outlet
+[flow]        rho = 1000 kg/m3   mu = 1e-3 Pa s
+[transport]   D = 1e-9 m2/s
+[run]         until = 1 s
+[output]      every = 0.5 s   fields = none   images = v, p   animate = yes   width = 400   streamlines = v
+              range = p -1 Pa .. 1 Pa   vectors = p   format = png, svg
+END
+pd 2 stream.scene stream --live
+verdict "a run with streamlines and arrows"
+$python films.py stream v 3 > log 2>&1 && $python films.py stream p 3 >> log 2>&1
+verdict "films show the flow"
+for end in png svg; do
+    cmp stream/latest_v.$end stream/v_000002_t1.0s.$end > log 2>&1 &&
+        cmp stream/latest_p.$end stream/p_000002_t1.0s.$end
+    verdict "the last $end of a flow"
+done
+for n in 1 2; do
+    OMP_NUM_THREADS=$n "$programs/pd2d" stream.scene --out "threads$n" --quiet --threads $n > log 2>&1
+done
+cmp threads1/v_film.png threads2/v_film.png > log 2>&1 && cmp threads1/v_000001_t0.5s.svg threads2/v_000001_t0.5s.svg
+verdict "the same lines with two threads"
+cat > arrows.py << 'END'
+import glob, re, sys
+# lengths of arrows from the vectors: pieces between a move and the fan of the head
+def longest(name):
+    paths = re.findall(r'<path d="([^"]*)"', open(name).read())
+    lines = re.findall(r'M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)M', paths[1])
+    return max(abs(float(c) - float(a)) for a, b, c, d in lines)
+first, last = longest('stream/p_000000_t0.0s.svg'), longest('stream/p_000002_t1.0s.svg')
+assert 1.8 < last / first < 2.2, (first, last)
+for name in sorted(glob.glob('stream/p_0*.svg')): # 1 mm/s has the same length in all
+    assert re.search('>[125] mm/s<', open(name).read()), name
+END
+$python arrows.py > log 2>&1
+verdict "arrows are twice as long in a flow that is twice as fast"
+if command -v xmllint > /dev/null; then
+    xmllint --noout --nonet stream/*.svg > log 2>&1
+    verdict "the vectors of a flow are XML"
+fi
+
+# 3D: the surface of metal that goes, in the colours of a field whose range grows, and in that of metal
+cat > cube.scene << 'END'
+[grid]      h = 1 um   m = 2   box = 0 .. 16 um, 0 .. 16 um, 0 .. 16 um
+[shape cube] box = 0 .. 8 um, 0 .. 8 um, 0 .. 8 um   kind = solid   material = mg4ag
+[transport] D = 1e-9 m2/s
+[dissolve]  rate = 2 um/s
+[run]       until = 2 s
+[output]    every = 1 s   fields = none   surface = C   animate = yes   width = 300   format = png, svg
+END
+pd 3 cube.scene cube --live
+verdict "a run with its surface"
+$python films.py cube surface 3 > log 2>&1
+verdict "a film shows the surface"
+cmp cube/latest_surface.png cube/surface_000002_t2.0s.png > log 2>&1
+verdict "the last surface"
+pd 3 cube.scene plain output.surface=yes output.format=png output.animate=no
+[ ! -e plain/pictures.bin ] && ! grep -q '^pictures.bin$' plain/pdcorr.files
+verdict "a surface without a range is drawn once"
+cat > shrinks.py << 'END'
+import glob
+from PIL import Image
+# what is neither paper nor edge nor letter: the metal
+seen = []
+for name in sorted(glob.glob('plain/surface_0*.png')):
+    image = Image.open(name).convert('RGB').crop((24, 52, 320, 340))
+    seen.append(sum(n for n, (r, g, b) in image.getcolors(1 << 20) if 0 < b - r < 24 and b < 215 and r > 60))
+assert len(seen) == 3 and seen[0] > seen[1] > seen[2] > 0, seen
+left = 1.0 - float(open('plain/diagnostics.csv').read().split('\n')[-2].split(',')[1])
+assert abs(seen[2] / seen[0] - left ** (2 / 3.0)) < 0.1, (seen, left) # the same shape, of which `left` is there
+END
+$python shrinks.py > log 2>&1
+verdict "the surface shrinks as the metal goes"
+
 # 1D: curves with one axis
 pd 1 rod.scene rod
 verdict "a film of curves"

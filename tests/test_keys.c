@@ -113,6 +113,7 @@ static const char *const texts[] = {
     "[run] until = 1 s  fraction = 0.1\n[output] prefix = a  folder = b  images = C, rate  range = C 0 .. 500 mol/m3\n"
     "percentile = 98 %  contours = C 3\n"
     "log = rate  map = grey, C viridis  width = 600  cells = smooth  animate = yes  format = svg\n",
+    BOX WATER "\n[output] images = v  streamlines = v 50  vectors = v\n",
     BOX "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vy = 0\n[side x+] flow = outlet\n"
     WATER "order = 4\n[transport] D = 1e-9 m2/s  advection = upwind\n[run] until = 1 s\n"
     "[shape a] cylinder = y  centre = 10 um, 0  radius = 2 um\n[shape c] ball = 10 um, 10 um  radius = 2 um\n"
@@ -158,7 +159,8 @@ static void take_electrolyte(void)
 static int elsewhere(const char *section, const char *key)
 {
     static const char *const keys[] = {"shape.stl",  "shape.scale", "shape.shift", "shape.uz",    "side.vz",
-                                       "side.uz",    "flow.vz",     "gas.vz",      "output.slice", "force.area"};
+                                       "side.uz",    "flow.vz",     "gas.vz",      "output.slice", "force.area",
+                                       "output.surface", "output.view"};
     char name[128];
     snprintf(name, sizeof name, "%s.%s", section, key);
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++)
@@ -170,6 +172,8 @@ static int elsewhere(const char *section, const char *key)
 #define WATER "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  "
 static const char *const texts[] = {
     BOX WATER "time = given  vz = 0\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[output] slice = z 2 um\n",
+    BOX "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 5 um  kind = solid  material = mg4ag\n"
+    "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n[output] surface = C  view = 1, 2, 3\n",
     BOX "[gas] rho = 1 kg/m3  p = 1e5 Pa  vz = 1 m/s\n[run] until = 1 us\n",
     BOX "[shape a] stl = a.stl  scale = 1 um  shift = 2 um, 2 um, 2 um  kind = wall\n"
     "[side x-] flow = inlet  profile = expression  vx = 1 mm/s  vz = 0\n[side x+] flow = outlet\n" WATER "\n"
@@ -180,7 +184,8 @@ static const char *const texts[] = {
 static int elsewhere(const char *section, const char *key)
 {
     int flat = strcmp(key, "vz") && strcmp(key, "uz") && strcmp(key, "stl") && strcmp(key, "scale") &&
-               strcmp(key, "shift") && strcmp(key, "slice") && strcmp(key, "area");
+               strcmp(key, "shift") && strcmp(key, "slice") && strcmp(key, "area") && strcmp(key, "surface") &&
+               strcmp(key, "view");
     return flat || (strcmp(section, "transfer") == 0 && strcmp(key, "area") == 0);
 }
 #endif

@@ -710,7 +710,7 @@ TEST(contours_stand_at_their_place)
 
 TEST(every_failing_allocation_is_reported)
 {
-    double values[6] = {1, 2, 3, 4, 5, 6};
+    double values[6] = {1, 2, 3, 4, 5, 6}, velocity[12] = {1, 1, 1, 1, 1, 1};
     pd_ctx ctx;
     pd_picture picture;
     start(&ctx);
@@ -719,6 +719,8 @@ TEST(every_failing_allocation_is_reported)
     picture.ny = 2;
     picture.values = values;
     picture.contour_count = 2;
+    picture.velocity = velocity;
+    picture.streamlines = picture.vectors = 4;
     picture.hi[0] = 3;
     picture.hi[1] = 2;
     int failures = 0;

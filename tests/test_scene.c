@@ -684,7 +684,36 @@ TEST(slices)
     refused(TUBE "[side x-] flow = inlet  profile = uniform  mean = 1 mm/s\n[output] slice = w 0 um\n",
             "a.scene:5: slice: found 'w 0 um'");
 }
-TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(rectangular_duct_is_refused) ENTRY(slices))
+#define BLOCK \
+    "[grid] h = 1 um  box = 0 .. 10 um, 0 .. 10 um, 0 .. 10 um\n" \
+    "[transport] D = 1e-9 m2/s\n[run] until = 1 s\n"
+#define METAL BLOCK "[shape a] box = 0 .. 10 um, 0 .. 10 um, 0 .. 5 um  kind = solid\n"
+
+/* The surface of the metal, and lines along a flow, without what they need. */
+TEST(surfaces_and_streamlines)
+{
+    pd_setup u;
+    pd_ctx ctx;
+    if (!CHECK_OK(&ctx, load(&ctx, METAL "[output] surface = yes  width = 500\n", NULL, 0, &u))) return;
+    CHECK(u.drawing.surface == 1 && u.drawing.width == 500);
+    CHECK_NEAR(u.drawing.way[1], -1.0, 0.0);
+    leave(&ctx, &u);
+    if (!CHECK_OK(&ctx, load(&ctx, METAL "[output] surface = C  view = 0, 0, 2  range = C 0 .. 1 mol/m3\n", NULL, 0,
+                             &u))) return;
+    CHECK(u.drawing.surface == 2 + (int)PD_FIELD_C && u.drawing.range[PD_FIELD_C][1] > 0.5);
+    leave(&ctx, &u);
+    refused(BLOCK "[output] surface = yes\n", "a.scene:4: surface: found without a [shape] of kind = solid");
+    refused(METAL "[output] surface = Q\n", "a.scene:5: surface: found 'Q', expected yes, no or a field with values");
+    refused(METAL "[output] surface = kind\n", "a.scene:5: surface: found 'kind', expected yes, no or a field");
+    refused(METAL "[output] surface = v\n", "a.scene:5: surface: found 'v', which needs a [flow] or [gas] section");
+    refused(METAL "[output] surface = yes  view = 0, 0, 0\n", "a.scene:5: view: found no direction");
+    refused(METAL "[output] images = C  streamlines = C\n",
+            "a.scene:5: streamlines: found without a [flow] or [gas] section");
+}
+#undef BLOCK
+#undef METAL
+
+TEST_MAIN(ENTRY(parabola_of_a_tube) ENTRY(rectangular_duct_is_refused) ENTRY(slices) ENTRY(surfaces_and_streamlines))
 #else
 /* A closed rod held at 2 mol/m3 on one end fills up to that; its picture is a curve. */
 TEST(diffusion_in_one_dimension)

@@ -1,5 +1,7 @@
 /* picture: see picture.h */
 #include "io/picture.h"
+#include "io/arrows.h"
+#include "io/bar.h"
 #include "io/canvas.h"
 #include "io/contour.h"
 #include "io/label.h"
@@ -17,7 +19,6 @@
 #define PDI_PICTURE_SOLID 0x9A9DA1u /* colour of metal */
 #define PDI_PICTURE_WALL 0x3C4043u /* colour of walls */
 #define PDI_PICTURE_NAN 0xFF00FFu /* colour of no number */
-#define PDI_PICTURE_BAR 22 /* width of the colour bar */
 #define PDI_PICTURE_LINE 1.5 /* [pixel] width of lines in the field */
 #define PDI_PICTURE_RIM 3.5 /* [pixel] width with the light rim that sets them off */
 
@@ -38,6 +39,9 @@ typedef struct pdi_picture_layout {
     const char *unit_x, *unit_y;
     char x_label[160], label[PDI_LABEL_SIZE];
     int x_label_start;
+    double fastest;             /* [m/s] of the longest arrow */
+    double longest, scale;      /* [pixel] of it, and of the arrow that explains it; scale 0: there are none */
+    char scale_label[32];
     double aspect;  /* y against x */
     int has_bar, has_solid, has_wall, has_blank;
     double label_lo, label_hi;            /* of all labels that are shown */
@@ -69,6 +73,12 @@ static pd_status pdi_picture_check(pd_ctx *ctx, const pd_picture *p)
     if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_PICTURE_CONTOURS);
+    for (int k = 0; k < 2; k++) {
+        int across = k ? p->vectors : p->streamlines;
+        if (across && (across < PD_PICTURE_FEWEST || across > PD_PICTURE_DENSEST || !p->velocity))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d %s side by side, expected 0 or %d to %d, with "
+                            "velocities", across, k ? "vectors" : "streamlines", PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
@@ -233,14 +243,46 @@ static int pdi_picture_legend_width(const pd_picture *p, const pdi_picture_layou
     return PDI_PICTURE_MARK + 10 + widest;
 }
 
-static int pdi_picture_widest(const pdi_ticks *axis)
+/* [pixel] of a place in cells along an axis of the field. */
+static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
 {
-    int widest = 0;
-    for (int k = 0; k < axis->count; k++) {
-        int width = pdi_canvas_text_width(axis->label[k]);
-        if (width > widest) widest = width;
+    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
+}
+
+/* The flow in pixels of the field. */
+static pdi_stream pdi_picture_stream(const pd_picture *p, const pdi_picture_layout *l)
+{
+    pdi_stream f;
+    const pdi_picture_scale *scale[2] = {&l->x, &l->y};
+    memset(&f, 0, sizeof f);
+    f.nx = p->nx;
+    f.ny = p->ny;
+    for (int d = 0; d < 2; d++) {
+        f.u[d] = p->velocity + (size_t)d * (size_t)p->nx * (size_t)p->ny;
+        f.size[d] = pdi_picture_pixel(scale[d], 1.0);
+        f.cell[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
     }
-    return widest;
+    f.apart = p->streamlines ? (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->streamlines : 0.0;
+    memcpy(f.closed, p->closed, sizeof f.closed);
+    return f;
+}
+
+/* How long arrows are. */
+static void pdi_picture_arrow(const pd_picture *p, pdi_picture_layout *l)
+{
+    if (!p->vectors) return;
+    pdi_stream f = pdi_picture_stream(p, l);
+    l->longest = (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->vectors;
+    l->fastest = p->fastest > 0 ? p->fastest : pdi_stream_fastest(&f);
+    if (!(l->fastest > 0)) return;
+    /* a stretched axis has longer arrows: those along x are explained */
+    l->scale = pdi_arrows_scale(l->fastest, l->scale_label) / l->fastest * l->longest;
+}
+
+/* [pixel] of the arrow that explains the others, with its text. */
+static int pdi_picture_scale_width(const pdi_picture_layout *l)
+{
+    return (int)ceil(l->scale) + 10 + pdi_canvas_text_width(l->scale_label);
 }
 
 /* The label of the x axis also confesses a stretched axis. */
@@ -260,13 +302,13 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     const char *widest = p->widest ? p->widest : p->stamp;
     int stamp = p->stamp ? pdi_canvas_text_width(widest) : 0;
     l->y_label = 14;
-    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_picture_widest(&l->axis_y) + 12;
+    l->left = l->y_label + PDI_CANVAS_CAPITAL + 14 + pdi_bar_widest(&l->axis_y) + 12;
     l->top = title || stamp ? 52 : 24;
     if (l->has_bar && l->axis_bar.exponent && !(title || stamp)) l->top += 16;
-    int edge = l->left + l->x.pixels, right = edge + pdi_picture_widest(&l->axis_x) / 2;
+    int edge = l->left + l->x.pixels, right = edge + pdi_bar_widest(&l->axis_x) / 2;
     if (l->has_bar) {
         l->bar = edge + 28;
-        l->bar_label = l->bar + PDI_PICTURE_BAR + 12 + pdi_picture_widest(&l->axis_bar) + 16;
+        l->bar_label = l->bar + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis_bar) + 16;
         right = l->bar_label + (p->label ? PDI_CANVAS_CAPITAL + 4 : -8);
     } else {
         l->bar = edge + 28;
@@ -279,18 +321,13 @@ static void pdi_picture_place(const pd_picture *p, pdi_picture_layout *l)
     int label = pdi_canvas_text_width(l->x_label), centred = l->left + (l->x.pixels - label) / 2;
     l->x_label_start = centred > l->y_label ? centred : l->y_label;
     if (l->x_label_start + label > right) right = l->x_label_start + label;
+    if (l->scale > 0 && l->x_label_start + label + 24 + pdi_picture_scale_width(l) > right)
+        right = l->x_label_start + label + 24 + pdi_picture_scale_width(l);
     l->width = (right > header ? right : header) + 22;
     l->height = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 14 + PDI_CANVAS_CAPITAL + 22;
 }
 
 static const uint32_t pdi_picture_flat[4] = {0, PDI_PICTURE_SOLID, PDI_PICTURE_WALL, PDI_CANVAS_PAPER};
-
-/* The colour of a place 0..1 of the bar. */
-static uint32_t pdi_picture_shade(const uint32_t *table, double place)
-{
-    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
-    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
-}
 
 /* The cell has a place on the bar. */
 static int pdi_picture_placed(const pd_picture *p, const pdi_picture_layout *l, size_t cell)
@@ -327,7 +364,7 @@ static uint32_t pdi_picture_between(const pd_picture *p, const pdi_picture_layou
         sum += weight * fmax(-1.0, fmin(2.0, pdi_ticks_place(&l->axis_bar, p->values[cell])));
         weights += weight;
     }
-    return pdi_picture_shade(table, sum / weights);
+    return pdi_bar_colour(table, sum / weights);
 }
 
 /* What a pixel shows: its cell, or of merged cells the most frequent paint and the mean of the field. */
@@ -353,7 +390,7 @@ static uint32_t pdi_picture_colour(const pd_picture *p, const pdi_picture_layout
     /* Means of labels mean nothing. */
     if (p->map == PD_MAP_LABELS) return pdi_picture_label_colour(p, first);
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_PAPER;
-    return pdi_picture_shade(table, pdi_ticks_place(&l->axis_bar, value));
+    return pdi_bar_colour(table, pdi_ticks_place(&l->axis_bar, value));
 }
 
 static void pdi_picture_pixels(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table, int left,
@@ -380,12 +417,6 @@ typedef struct pdi_picture_pen {
     const pdi_picture_layout *l;
     pdi_canvas *canvas;
 } pdi_picture_pen;
-
-/* [pixel] of a place in cells along an axis of the field. */
-static double pdi_picture_pixel(const pdi_picture_scale *s, double cells)
-{
-    return s->smooth ? cells * s->pixels / s->cells : cells * s->each / s->merged;
-}
 
 static void pdi_picture_piece(void *user, const double *a, const double *b)
 {
@@ -429,10 +460,31 @@ static pd_status pdi_picture_contours(pd_ctx *ctx, const pd_picture *p, const pd
     return status;
 }
 
+/* The flow over the cells. Of a mirrored picture the upper half has streamlines, which are drawn twice. */
+static pd_status pdi_picture_flow(pd_ctx *ctx, const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
+{
+    pd_status status = PD_OK;
+    if (!p->streamlines && !(l->scale > 0)) return PD_OK;
+    pdi_stream whole = pdi_picture_stream(p, l), half = whole;
+    pdi_arrows arrows = {&whole, (double)l->left, (double)(l->top + l->y.pixels), l->fastest, l->longest};
+    pdi_canvas_clip(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels);
+    if (l->scale > 0) status = pdi_arrows_grid(ctx, &arrows, canvas);
+    if (p->mirrored) {
+        arrows.stream = &half;
+        half.ny = p->ny / 2;
+        for (int d = 0; d < 2; d++) half.u[d] += (size_t)(p->ny - half.ny) * (size_t)p->nx;
+        half.closed[2] = half.mirrored = 1;
+        arrows.bottom -= pdi_picture_pixel(&l->y, p->ny - half.ny);
+    }
+    if (p->streamlines && status == PD_OK) status = pdi_arrows_lines(ctx, &arrows, canvas);
+    pdi_canvas_unclip(canvas);
+    return status;
+}
+
 /* Marks on the bar where contours stand. */
 static void pdi_picture_levels(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
+    int bottom = l->top + l->y.pixels, right = l->bar + PDI_BAR_WIDTH;
     for (int k = 0; k < p->contour_count; k++) {
         double place = pdi_picture_level(p, l, k);
         if (!(place >= 0 && place <= 1)) continue;
@@ -456,7 +508,8 @@ static pd_status pdi_picture_field(pd_ctx *ctx, const pd_picture *p, const pdi_p
         pdi_image_free(ctx, &cells.image);
     }
     pdi_canvas_frame(canvas, l->left, l->top, l->left + l->x.pixels, l->top + l->y.pixels, PDI_CANVAS_INK);
-    return pdi_picture_contours(ctx, p, l, canvas);
+    PDI_TRY(pdi_picture_contours(ctx, p, l, canvas));
+    return pdi_picture_flow(ctx, p, l, canvas);
 }
 
 static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -483,27 +536,9 @@ static void pdi_picture_axes(const pd_picture *p, const pdi_picture_layout *l, p
 static void pdi_picture_bar(const pd_picture *p, const pdi_picture_layout *l, const uint32_t *table,
                             pdi_canvas *canvas)
 {
-    int bottom = l->top + l->y.pixels, right = l->bar + PDI_PICTURE_BAR;
-    char factor[40], power[32];
-    for (int y = 0; y < l->y.pixels; y++) {
-        int k = l->y.pixels > 1 ? (int)((double)y / (l->y.pixels - 1) * (PDI_COLOUR_COUNT - 1) + 0.5) : 0;
-        pdi_canvas_fill(canvas, l->bar, bottom - y - 1, right, bottom - y, table[k]);
-    }
+    pdi_bar bar = {l->bar, l->top, l->y.pixels, l->bar_label, &l->axis_bar, table, p->label ? l->label : NULL};
+    pdi_bar_draw(&bar, canvas);
     pdi_picture_levels(p, l, canvas);
-    pdi_canvas_frame(canvas, l->bar, l->top, right, bottom, PDI_CANVAS_INK);
-    for (int k = 0; k < l->axis_bar.count; k++) {
-        int y = bottom - 1 - (int)(pdi_ticks_place(&l->axis_bar, l->axis_bar.at[k]) * (l->y.pixels - 1) + 0.5);
-        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
-        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
-                        l->axis_bar.label[k]);
-    }
-    if (l->axis_bar.exponent) {
-        pdi_ticks_power(l->axis_bar.exponent, power);
-        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
-        pdi_canvas_text(canvas, l->bar, l->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
-    }
-    if (p->label)
-        pdi_canvas_text_up(canvas, l->bar_label, l->top + l->y.pixels / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->label);
 }
 
 /* The labels that are shown and their colours, in place of the bar. */
@@ -526,14 +561,21 @@ static void pdi_picture_legend(const pd_picture *p, const pdi_picture_layout *l,
     }
 }
 
-/* Key of what has no colour of the bar, right of the x label as far as there is room. */
-static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
+/* Right of the x label the arrow that explains the others, and as far as there is room a key of what has no colour of
+ * the bar. */
+static pd_status pdi_picture_key(pd_ctx *ctx, const pdi_picture_layout *l, pdi_canvas *canvas)
 {
     static const char *const name[3] = {"wall", "solid", "zero or less"};
     static const uint32_t colour[3] = {PDI_PICTURE_WALL, PDI_PICTURE_SOLID, PDI_CANVAS_PAPER};
     int y = l->top + l->y.pixels + 12 + PDI_CANVAS_CAPITAL + 12, x = l->left + l->x.pixels;
     int there[3] = {l->has_wall, l->has_solid, l->has_blank};
     int end = l->x_label_start + pdi_canvas_text_width(l->x_label) + 20;
+    if (l->scale > 0) {
+        int width = pdi_picture_scale_width(l), start = x - width > end ? x - width : end;
+        PDI_TRY(pdi_arrows_one(ctx, canvas, start, y + 0.5 * PDI_CANVAS_CAPITAL, l->scale));
+        pdi_canvas_text(canvas, start + width, y, PDI_ALIGN_END, PDI_CANVAS_INK, l->scale_label);
+        x = start - 24;
+    }
     for (int k = 0; k < 3; k++) {
         int width = pdi_canvas_text_width(name[k]) + PDI_CANVAS_CAPITAL + 8;
         if (!there[k] || x - width < end) continue;
@@ -543,6 +585,7 @@ static void pdi_picture_key(const pdi_picture_layout *l, pdi_canvas *canvas)
         pdi_canvas_frame(canvas, x, y, x + PDI_CANVAS_CAPITAL, y + PDI_CANVAS_CAPITAL, PDI_CANVAS_INK);
         x -= 20;
     }
+    return PD_OK;
 }
 
 static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l, pdi_canvas *canvas)
@@ -570,6 +613,7 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_range(picture, &l);
     pdi_picture_scales(picture, &l);
     pdi_picture_x_label(picture, &l);
+    pdi_picture_arrow(picture, &l);
     if (picture->label) pdi_label_print(picture->label, l.label);
     pdi_picture_place(picture, &l);
     pdi_colour_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
@@ -579,9 +623,8 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
     pdi_picture_axes(picture, &l, canvas);
     if (l.has_bar) pdi_picture_bar(picture, &l, table, canvas);
     else pdi_picture_legend(picture, &l, canvas);
-    pdi_picture_key(&l, canvas);
     pdi_picture_header(picture, &l, canvas);
-    return PD_OK;
+    return pdi_picture_key(ctx, &l, canvas);
 }
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)

@@ -9,6 +9,8 @@
 #define PD_PICTURE_LEAST 120 /* smallest width that can be asked for */
 #define PD_PICTURE_MOST 4000 /* largest one */
 #define PD_PICTURE_CONTOURS 32 /* lines of one value, at most */
+#define PD_PICTURE_FEWEST 4 /* streamlines or arrows side by side, at least */
+#define PD_PICTURE_DENSEST 100 /* the same, at most */
 
 /* What a cell shows. */
 typedef enum pd_paint {
@@ -39,6 +41,12 @@ typedef struct pd_picture {
     int name_count;
     int contour_count;        /* lines of one value, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
     const double *contours;   /* [contour_count] [-] their values; NULL: they part the range of colours evenly */
+    int streamlines;          /* of the velocity, evenly spaced: how many fit side by side into `width`, 4 to 100; 0:
+                               * none are drawn */
+    int vectors;              /* the same of arrows on a regular grid */
+    const double *velocity;   /* [2][nx * ny] [m/s] along both axes; NaN: nothing flows there */
+    double fastest;           /* [m/s] of the longest arrow; 0: the largest speed */
+    int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
 } pd_picture;
 
 #define pd_picture_write PD_NAME(pd_picture_write)

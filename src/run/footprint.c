@@ -1,5 +1,6 @@
 /* footprint: see footprint.h */
 #include "run/footprint.h"
+#include "io/shade.h"
 #include "flow/gas.h"
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
@@ -414,17 +415,35 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
     return cells > largest ? cells / ceil(cells / largest) : fmax(cells * each, 120.0);
 }
 
+/* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
+static double pdi_footprint_sight(const pd_setup *u)
+{
+    pd_shade s;
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
+    if (PD_DIM < 3 || !u->drawing.surface) return 0.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int e = (d + 1) % PD_DIM;
+        lo[d] = u->lo[d];
+        hi[d] = u->hi[d];
+        faces += 2.0 * (u->hi[d] - u->lo[d]) / u->h[d] * (u->hi[e] - u->lo[e]) / u->h[e];
+    }
+    pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
+    double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
+    return 7.0 * pixels + fmax(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
+}
+
 /* Pictures come one by one: the largest counts. */
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
-    int lines = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
-    double largest = 0.0;
+    int lines = 0, flows = 0, plots = u->has_dissolve || (PD_DIM == 1 && u->images);
+    double largest = 0.0, across = 0.0;
     for (int k = 0; k < u->monitors; k++) {
         const pd_setup_monitor *m = &u->monitor[k];
         plots = plots || (m->kind == PD_MONITOR_LINE && m->images) || (m->kind == PD_MONITOR_TRANSFER && m->axis >= 0);
     }
     if (plots) largest = PDI_FOOTPRINT_PLOT;
+    largest = fmax(largest, pdi_footprint_sight(u));
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
@@ -440,7 +459,14 @@ static double pdi_footprint_pictures(const pd_setup *u)
         all = fmax(3.0 * width * height + 9.0 * pixels, 6.0 * width * height + PDI_FOOTPRINT_PACK);
         all += 17.0 * cells;
     }
-    for (int k = 0; k < PD_FIELD_COUNT; k++) lines = lines || u->drawing.contours[k];
+    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+        lines = lines || u->drawing.contours[k];
+        flows = flows || u->drawing.streamlines[k] || u->drawing.vectors[k];
+        across = fmax(across, u->drawing.streamlines[k]);
+    }
+    if (flows) all = fmax(all, 4.0 * width * height) + 16.0 * cells;
+    /* points of streamlines, 12 of 80 bytes over the distance between lines */
+    all = fmax(all, 4.0 * width * height + 1000.0 * width * height * pow(across / wanted, 2.0));
     if (lines) all = fmax(all, 4.0 * width * height + 8.0 * cells); /* cover of a pixel, place on the bar of a cell */
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0) all += 8.0 * cells;
     return fmax(largest, all) + 9.0 * cells;

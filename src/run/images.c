@@ -27,17 +27,38 @@ typedef struct pdi_images_head {
 /* Is the metal drawn where it has moved to? */
 static int pdi_images_moved(const pd_images *im, pd_field field)
 {
-    return im->move && pdi_setup_field_metal(field);
+    return im->move && field < PD_FIELD_COUNT && pdi_setup_field_metal(field);
 }
 
 static int pdi_images_drawn(const pd_images *im, pd_field field)
 {
+    if (field == PD_IMAGES_SURFACE) return pdi_sight_wanted(im->model->setup);
     return (int)(im->model->setup->images >> field & 1u);
+}
+
+/* The field that gives its colours; PD_FIELD_COUNT: none does. */
+static pd_field pdi_images_field(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? pdi_sight_field(im->model->setup) : field;
+}
+
+/* "C", in names of files */
+static const char *pdi_images_name(pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(field);
+}
+
+/* Is the flow drawn over it? */
+static int pdi_images_flows(const pd_images *im, pd_field field)
+{
+    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
 }
 
 static int pdi_images_log(const pd_images *im, pd_field field)
 {
-    return (int)(im->model->setup->drawing.log >> field & 1u);
+    pd_field of = pdi_images_field(im, field);
+    return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
 static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
@@ -125,6 +146,20 @@ static int pdi_images_joined(const void *user, int cell, int other)
     return 0;
 }
 
+/* The flow of this instant. */
+static void pdi_images_velocities(pd_images *im)
+{
+    const pd_model *m = im->model;
+    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_images_node(im, k);
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        im->velocity[k] = fluid ? pdi_images_round(right[node]) : (double)NAN;
+        im->velocity[im->cells + k] = fluid ? pdi_images_round(mirrored ? -up[node] : up[node]) : (double)NAN;
+    }
+}
+
 /* The field of this instant. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
@@ -174,6 +209,7 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
 /* The range does not depend on frames. */
 static int pdi_images_known(const pd_setup *u, pd_field field)
 {
+    if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
     const double *range = u->drawing.range[field];
     int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
     return range[0] < range[1] || (shares && !(u->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
@@ -185,8 +221,11 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
     pd_images_view *view = &im->view[field];
     double lo, hi;
     if (pdi_images_moved(im, field)) PDI_TRY(pdi_warp_extent(ctx, warp, view->low, view->high));
-    if (pdi_images_known(im->model->setup, field)) return PD_OK;
-    pdi_images_ends(im, field, &lo, &hi);
+    for (int64_t k = 0; pdi_images_flows(im, field) && k < im->cells; k++)
+        view->fastest = fmax(view->fastest, hypot(im->velocity[k], im->velocity[im->cells + k]));
+    if (pdi_images_known(im->model->setup, pdi_images_field(im, field))) return PD_OK;
+    if (field == PD_IMAGES_SURFACE) pdi_sight_ends(&im->sight, pdi_images_log(im, field), &lo, &hi);
+    else pdi_images_ends(im, field, &lo, &hi);
     view->lo = fmin(view->lo, lo);
     view->hi = fmax(view->hi, hi);
     return PD_OK;
@@ -235,12 +274,27 @@ static pd_map pdi_images_map(const pd_setup *u, pd_field field)
 static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
 {
     const pd_setup *u = im->model->setup;
-    *lo = u->drawing.range[field][0];
-    *hi = u->drawing.range[field][1];
+    pd_field of = pdi_images_field(im, field);
+    *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
+    *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
     if (*lo < *hi) return;
-    *lo = pdi_images_known(u, field) ? 0.0 : im->view[field].lo;
-    *hi = pdi_images_known(u, field) ? 1.0 : im->view[field].hi;
+    *lo = pdi_images_known(u, of) ? 0.0 : im->view[field].lo;
+    *hi = pdi_images_known(u, of) ? 1.0 : im->view[field].hi;
     pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
+}
+
+static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *picture)
+{
+    const pd_grid *grid = &im->model->grid;
+    if (!pdi_images_flows(im, field)) return;
+    picture->streamlines = im->model->setup->drawing.streamlines[field];
+    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->velocity = im->velocity;
+    picture->fastest = im->view[field].fastest;
+    for (int k = 0; k < 4; k++) {
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
+        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+    }
 }
 
 static void pdi_images_names(pd_field field, pd_picture *picture)
@@ -279,6 +333,7 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->contour_count = drawing->contours[field];
     picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
     pdi_images_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_images_flow(im, field, picture);
     pdi_images_names(field, picture);
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
@@ -328,6 +383,30 @@ static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_ima
     plot->series[0].count = im->nx;
 }
 
+/* 3D: the surface of the metal. */
+static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double time, const char *path, pd_image *image)
+{
+    const pd_setup *u = im->model->setup;
+    pd_field of = pdi_sight_field(u);
+    pdi_images_text text;
+    pdi_relief relief;
+    memset(&relief, 0, sizeof relief);
+    relief.shade = &im->sight;
+    relief.coloured = of < PD_FIELD_COUNT;
+    snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.coloured ? ", " : "",
+             relief.coloured ? pdi_setup_field_name(of) : "");
+    relief.title = text.title;
+    relief.stamp = pdi_images_stamp(time, &text);
+    relief.widest = "t = 000.000 min";
+    if (relief.coloured) {
+        relief.map = pdi_images_map(u, of);
+        relief.log = pdi_images_log(im, of);
+        relief.label = pdi_setup_field_label(of);
+        pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
+    }
+    return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
+}
+
 /* Draw the frame in memory: into the image, or, where there is none, into a file. */
 static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
                                  pd_image *image)
@@ -337,6 +416,7 @@ static pd_status pdi_images_draw(pd_ctx *ctx, pd_images *im, pd_field field, dou
     pdi_warp warp;
     pd_plot plot;
     double *x = NULL;
+    if (field == PD_IMAGES_SURFACE) return pdi_images_surface(ctx, im, time, path, image);
     if (PD_DIM > 1) {
         pdi_images_picture(im, field, time, &text, &picture);
         if (!pdi_images_moved(im, field))
@@ -357,7 +437,7 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_setup_field_name(field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(field), end);
     PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
@@ -379,7 +459,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PDI_TRY(pdi_file_frame_name(ctx, pdi_setup_field_name(field), frame, time, ends[k], name));
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
@@ -418,23 +498,38 @@ static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void 
     return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
 }
 
+/* The surface of the metal. */
+static pd_status pdi_images_sight(pd_ctx *ctx, pd_images *im, pd_file *file, int reading)
+{
+    size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.value, pixels * sizeof *im->sight.value));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.light, pixels));
+    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->sight.cover, pixels));
+    return pdi_images_bytes(ctx, file, reading, im->sight.edge, pixels);
+}
+
 /* What follows the head; a newline is its end. */
 static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
 {
     char end = '\n';
-    PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
-    PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_images_sight(ctx, im, file, reading));
+    else {
+        PDI_TRY(pdi_images_numbers(ctx, file, reading, im->cell, im->cells));
+        PDI_TRY(pdi_images_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    }
     if (pdi_images_moved(im, field)) {
         PDI_TRY(pdi_images_numbers(ctx, file, reading, im->move, 2 * im->cells));
         PDI_TRY(pdi_images_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
     }
+    if (pdi_images_flows(im, field)) PDI_TRY(pdi_images_numbers(ctx, file, reading, im->velocity, 2 * im->cells));
     return pdi_images_bytes(ctx, file, reading, &end, 1);
 }
 
 /* [byte] of it. */
 static int64_t pdi_images_size(const pd_images *im, pd_field field)
 {
-    return im->cells * (pdi_images_moved(im, field) ? 14 : 5) + 1;
+    if (field == PD_IMAGES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
+    return im->cells * ((pdi_images_moved(im, field) ? 14 : 5) + (pdi_images_flows(im, field) ? 8 : 0)) + 1;
 }
 
 static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
@@ -459,11 +554,13 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
     memset(&warp, 0, sizeof warp);
     im->last = frame;
     if (im->move) pdi_images_moves(im);
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    if (im->velocity) pdi_images_velocities(im);
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_images_drawn(im, field)) continue;
         PDI_TRY(pdi_poll(ctx, "pictures", k));
-        pdi_images_fill(im, field);
+        if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_sight_take(ctx, im->model, &im->sight));
+        else pdi_images_fill(im, field);
         if (pdi_images_moved(im, field)) {
             pdi_images_picture(im, field, time, &text, &picture);
             pdi_images_warp(im, field, &picture, &warp);
@@ -514,7 +611,7 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
 static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_setup_field_name(field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(field));
     PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
 }
@@ -540,7 +637,7 @@ PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *im)
     if (!im->keeps) return PD_OK;
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
-    for (int k = 0; k < PD_FIELD_COUNT; k++)
+    for (int k = 0; k < PD_IMAGES_COUNT; k++)
         if (pdi_images_drawn(im, (pd_field)k)) PDI_TRY(pdi_images_all(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
@@ -560,9 +657,10 @@ PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *im)
 /* Frames are drawn again where their range may grow. */
 static int pdi_images_grow(const pd_images *im)
 {
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_field field = (pd_field)k;
-        int known = pdi_images_known(im->model->setup, field) && !pdi_images_moved(im, field);
+        int known = pdi_images_known(im->model->setup, pdi_images_field(im, field)) && !pdi_images_moved(im, field) &&
+                    !(field < PD_FIELD_COUNT && im->model->setup->drawing.vectors[field]);
         if (pdi_images_drawn(im, field) && !known) return 1;
     }
     return 0;
@@ -571,10 +669,14 @@ static int pdi_images_grow(const pd_images *im)
 static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
 {
     const pd_setup *u = im->model->setup;
+    if (pdi_sight_wanted(u)) PDI_TRY(pdi_sight_build(ctx, u, &im->sight));
+    if (!u->images) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
     PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0)
         PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->sorted));
+    for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
+        if (pdi_images_flows(im, (pd_field)k)) PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
     if (!(u->deformed > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
     return PDI_NEW(ctx, "images", im->cells, im->joined);
@@ -586,14 +688,14 @@ PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder 
     memset(im, 0, sizeof *im);
     im->model = model;
     im->folder = folder;
-    if (!u->images) return PD_OK;
+    if (!u->images && !pdi_sight_wanted(u)) return PD_OK;
     im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
     im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
     im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
     im->nx = model->grid.n[im->right];
     im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
     im->cells = (int64_t)im->nx * im->ny;
-    for (int k = 0; k < PD_FIELD_COUNT; k++) {
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
         pd_images_view *view = &im->view[k];
         view->lo = view->low[0] = view->low[1] = HUGE_VAL;
         view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
@@ -616,7 +718,7 @@ PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *im)
 PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_FIELD_COUNT));
+    PDI_TRY(PDI_KEEP(ctx, archive, "views of pictures", im->view, PD_IMAGES_COUNT));
     PDI_TRY(PDI_KEEP(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "last picture", &im->last, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "listed last pictures", &im->latest, 1));
@@ -633,8 +735,10 @@ PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *im)
     PDI_DELETE(ctx, im->cells, im->cell);
     PDI_DELETE(ctx, im->cells, im->paint);
     PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
     PDI_DELETE(ctx, im->cells, im->joined);
     PDI_DELETE(ctx, im->cells, im->sorted);
+    pdi_shade_free(ctx, &im->sight);
     memset(im, 0, sizeof *im);
 }
 

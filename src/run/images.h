@@ -1,4 +1,5 @@
-/* images: fields that are drawn at output times, one range of colours and one size for all frames of a field.
+/* images: fields, and the surface of the metal, that are drawn at output times, one range of colours and one size for
+ * all frames of a field.
  *
  * A frame is drawn at once, with the range of the frames so far. What it shows is kept in a file, PD_IMAGES_KEPT. In
  * the end frames whose range has grown since are drawn again, and films are made. That file is not needed where all
@@ -7,14 +8,17 @@
 #ifndef PD_IMAGES_H
 #define PD_IMAGES_H
 #include "io/folder.h"
-#include "run/model.h"
+#include "run/sight.h"
 
 #define PD_IMAGES_KEPT "pictures.bin"
+#define PD_IMAGES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
+#define PD_IMAGES_COUNT (PD_FIELD_COUNT + 1)
 
 /* What all frames of a field have in common, so far. */
 typedef struct pd_images_view {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
     double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+    double fastest;          /* [m/s] largest speed in the plane */
 } pd_images_view;
 
 typedef struct pd_images {
@@ -27,12 +31,14 @@ typedef struct pd_images {
     uint8_t *paint;          /* [cells] pd_paint */
     double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
     double *sorted;          /* [cells] [unit of the field] for percentiles; NULL: all values count */
-    pd_images_view view[PD_FIELD_COUNT];
+    pd_shade sight;          /* the surface of the metal, in 3D */
+    pd_images_view view[PD_IMAGES_COUNT];
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;         /* bit k: that of pd_field k stands in the list of the folder */
+    unsigned latest;         /* bit k: that of picture k stands in the list of the folder */
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */

@@ -43,7 +43,8 @@ static int pdi_output_derived(pd_field field)
 static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
-    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images);
+    unsigned drawn = pdi_sight_wanted(m->setup) ? 1u << pdi_sight_field(m->setup) : 0;
+    pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
             out->scalar[k][i] = pdi_output_own((pd_field)k) && m->grid.kind[i] != PD_SOLID

@@ -319,6 +319,15 @@ static const pd_key pdi_keys_of_output[] = {
      "`yes`: a film of each drawn field, `C_film.png`"},
     {"contours", "of the field", "none",
      "2D and 3D: lines of one value of a drawn field: how many, `C 8`, or their values, `C at 100 200 mol/m3, p 5`"},
+    {"streamlines", "-", "none",
+     "2D and 3D: drawn fields with evenly spaced lines along the flow, for example `v, C`; behind a field, how "
+     "many fit side by side into `width`, 4 to 100: `v 50`, without 36"},
+    {"vectors", "-", "none",
+     "2D and 3D: drawn fields with arrows as long as the flow is fast, likewise; without a number 30"},
+    {"surface", "-", "no",
+     "3D: `yes`: pictures of the metal's surface, shaded; the name of a field: in its colours"},
+    {"view", "-", "1, -1, 1",
+     "3D: direction in which the eye that looks at the surface stands"},
     {"deformed", "-", "0",
      "with `[solid]`, 2D and 3D: images of fields of the metal show it where it has moved to, with its "
      "displacements times this factor; 0: where it was"},

@@ -7,12 +7,15 @@
 #include <string.h>
 
 #define PDI_READ_DRAWING_ITEM 256 /* [byte] of one part of a list */
+#define PDI_READ_DRAWING_STREAMLINES 36 /* that fit side by side, when the scene does not say how many */
+#define PDI_READ_DRAWING_VECTORS 30 /* the same of arrows */
 
 typedef struct pdi_read_drawing {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
     int section;
+    unsigned drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
 /* The next part of a list with commas, without blanks around it; 0 at the end. */
@@ -33,7 +36,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -146,7 +149,25 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     return PD_OK;
 }
 
-/* ---- contours ---- */
+/* ---- lines ---- */
+
+/* Cut the item behind its first word; what stands there. */
+static char *pdi_read_drawing_behind(char *item)
+{
+    size_t word = strcspn(item, " \t");
+    char *from = item + word + (item[word] != '\0');
+    item[word] = '\0';
+    return from + strspn(from, " \t");
+}
+
+/* A whole number between both; 0: it is none. */
+static int pdi_read_drawing_count(const char *from, int lo, int hi)
+{
+    int count = 0;
+    size_t digits = strspn(from, "0123456789");
+    for (size_t k = 0; k < digits && count <= hi; k++) count = 10 * count + (from[k] - '0');
+    return !from[digits] && count >= lo && count <= hi ? count : 0;
+}
 
 /* 1: the word is a number, or begins as one. */
 static int pdi_read_drawing_digit(const char *word)
@@ -191,11 +212,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT];
-    int field, count = 0;
-    size_t word = strcspn(item, " \t");
-    char *from = item + word + (item[word] != '\0');
-    item[word] = '\0';
-    from += strspn(from, " \t");
+    int field;
+    char *from = pdi_read_drawing_behind(item);
     PDI_TRY(pdi_read_drawing_field(r, "contours", item, &field));
     PDI_TRY(pdi_read_drawing_still(r, "contours", field));
     if (pdi_setup_field_numbered((pd_field)field))
@@ -207,10 +225,8 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
         drawing->levels[field] = 1;
         return pdi_read_drawing_levels(r, from + 2 + strspn(from + 2, " \t"), field);
     }
-    size_t digits = strspn(from, "0123456789");
-    for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
-    drawing->contours[field] = count;
-    if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
+    drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
+    if (drawing->contours[field]) return PD_OK;
     pdi_setup_field_unit((pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
@@ -223,6 +239,64 @@ static pd_status pdi_read_drawing_contours(pdi_read_drawing *r)
     if (!pdi_text_has(r->ctx, r->text, r->section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "contours", NULL, &list));
     while (pdi_read_drawing_item(&list, item)) PDI_TRY(pdi_read_drawing_contour(r, item));
+    return PD_OK;
+}
+
+/* "v, C 40": fields over which the flow is drawn, with a number of lines or arrows that fit side by side. */
+static pd_status pdi_read_drawing_flow(pdi_read_drawing *r, const char *key, int usual, int *across)
+{
+    const char *list;
+    char item[PDI_READ_DRAWING_ITEM];
+    int field;
+    if (!pdi_text_has(r->ctx, r->text, r->section, key)) return PD_OK;
+    if (pdi_setup_field_needs(r->setup, PD_FIELD_V))
+        return pdi_text_refuse(r->ctx, r->text, r->section, key, "found without %s",
+                               pdi_setup_field_needs(r->setup, PD_FIELD_V));
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, key, NULL, &list));
+    while (pdi_read_drawing_item(&list, item)) {
+        const char *from = pdi_read_drawing_behind(item);
+        PDI_TRY(pdi_read_drawing_field(r, key, item, &field));
+        PDI_TRY(pdi_read_drawing_still(r, key, field));
+        if (across[field]) return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s' twice", item);
+        across[field] = *from ? pdi_read_drawing_count(from, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST) : usual;
+        if (!across[field])
+            return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.60s' behind '%s', expected how many fit "
+                                   "side by side, from %d to %d", from, item, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+    }
+    return PD_OK;
+}
+
+/* ---- the surface of the metal ---- */
+
+/* "yes", or a field that gives its colours */
+static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
+{
+    pd_setup_drawing *drawing = &r->setup->drawing;
+    const char *word;
+    int count = 3, k = 0;
+    PDI_TRY(pdi_text_string(r->ctx, r->text, r->section, "surface", "no", &word));
+    PDI_TRY(pdi_text_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->way, &count));
+    if (count != 3 || !(fabs(drawing->way[0]) + fabs(drawing->way[1]) + fabs(drawing->way[2]) > 0.0))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found no direction, expected three numbers, for "
+                               "example 1, -1, 1");
+    if (strcmp(word, "no") == 0 && pdi_text_has(r->ctx, r->text, r->section, "view"))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "view", "found without 'surface'");
+    if (strcmp(word, "no") == 0) return PD_OK;
+    if (PD_DIM != 3)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found in %dD, expected it in 3D", PD_DIM);
+    if (r->setup->solid < 0)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
+    drawing->surface = 1;
+    if (strcmp(word, "yes") == 0) return PD_OK;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name((pd_field)k)) != 0) k++;
+    if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%.40s', expected yes, no or a field "
+                               "with values on the surface of the metal", word);
+    if (pdi_setup_field_needs(r->setup, (pd_field)k))
+        return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
+                               pdi_setup_field_needs(r->setup, (pd_field)k));
+    drawing->surface = 2 + k;
+    r->drawn |= 1u << k;
     return PD_OK;
 }
 
@@ -245,16 +319,19 @@ static pd_status pdi_read_drawing_formats(pdi_read_drawing *r)
 /* Pictures of planes. */
 static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"map", "width", "cells", "contours"};
+    static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
     pd_setup_drawing *drawing = &r->setup->drawing;
-    for (int k = 0; PD_DIM == 1 && k < 4; k++)
+    for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_refuse(r->ctx, r->text, r->section, keys[k],
                                    "found in 1D, where images are curves, expected it in 2D and 3D");
     if (PD_DIM == 1) return PD_OK;
     PDI_TRY(pdi_read_drawing_maps(r));
+    r->drawn = r->setup->images;
     PDI_TRY(pdi_read_drawing_contours(r));
+    PDI_TRY(pdi_read_drawing_flow(r, "streamlines", PDI_READ_DRAWING_STREAMLINES, drawing->streamlines));
+    PDI_TRY(pdi_read_drawing_flow(r, "vectors", PDI_READ_DRAWING_VECTORS, drawing->vectors));
     PDI_TRY(pdi_text_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
     return pdi_text_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
                             &drawing->width);
@@ -263,7 +340,8 @@ static pd_status pdi_read_drawing_plane(pdi_read_drawing *r)
 /* Nothing is drawn: with images = none, as on a command line, keys say nothing. */
 static pd_status pdi_read_drawing_none(pdi_read_drawing *r)
 {
-    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours"};
+    static const char *const keys[] = {"range", "percentile", "log", "map", "width", "cells", "animate", "contours",
+                                       "streamlines", "vectors"};
     const char *value;
     for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
         if (!pdi_text_has(r->ctx, r->text, r->section, keys[k])) continue;
@@ -282,8 +360,10 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
     r.text = text;
     r.setup = setup;
     r.section = section;
+    r.drawn = setup->images;
     PDI_TRY(pdi_read_drawing_formats(&r));
-    if (!setup->images) return pdi_read_drawing_none(&r);
+    PDI_TRY(pdi_read_drawing_surface(&r));
+    if (!setup->images && !setup->drawing.surface) return pdi_read_drawing_none(&r);
     PDI_TRY(pdi_read_drawing_log(&r));
     PDI_TRY(pdi_read_drawing_ranges(&r));
     PDI_TRY(pdi_read_drawing_plane(&r));
@@ -295,3 +375,5 @@ PDI_FN pd_status pdi_read_drawing_read(pd_ctx *ctx, pd_text *text, int section, 
 }
 
 #undef PDI_READ_DRAWING_ITEM
+#undef PDI_READ_DRAWING_STREAMLINES
+#undef PDI_READ_DRAWING_VECTORS

@@ -32,6 +32,8 @@ PD_MONITOR_FIGURES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_PATH_SIZE = 1024
 PD_PICTURE_CONTOURS = 32
+PD_PICTURE_DENSEST = 100
+PD_PICTURE_FEWEST = 4
 PD_PICTURE_LEAST = 120
 PD_PICTURE_MOST = 4000
 PD_PICTURE_SQUAT = 0.9
@@ -2641,6 +2643,11 @@ def declare(dim):
         ('name_count', c_int),
         ('contour_count', c_int),
         ('contours', POINTER(c_double)),
+        ('streamlines', c_int),
+        ('vectors', c_int),
+        ('velocity', POINTER(c_double)),
+        ('fastest', c_double),
+        ('closed', c_int * 4),
     ]
 
     class pd_series(Structure):
@@ -2670,6 +2677,24 @@ def declare(dim):
         ('y_hi', c_double),
         ('width', c_int),
         ('height', c_int),
+    ]
+
+    class pd_shade(Structure):
+        pass
+    pd_shade._fields_ = [
+        ('width', c_int),
+        ('height', c_int),
+        ('size', c_double),
+        ('right', c_double * 3),
+        ('up', c_double * 3),
+        ('eye', c_double * 3),
+        ('corner', c_double * 2),
+        ('lo', c_double * 3),
+        ('hi', c_double * 3),
+        ('value', POINTER(c_float)),
+        ('light', POINTER(c_uint8)),
+        ('cover', POINTER(c_uint8)),
+        ('edge', POINTER(c_uint8)),
     ]
 
     class pd_vti_field(Structure):
@@ -3050,6 +3075,10 @@ def declare(dim):
         ('contours', c_int * 23),
         ('levels', c_int * 23),
         ('level', c_double * 32 * 23),
+        ('streamlines', c_int * 23),
+        ('vectors', c_int * 23),
+        ('surface', c_int),
+        ('way', c_double * 3),
     ]
 
     class pd_setup(Structure):
@@ -3283,6 +3312,7 @@ def declare(dim):
         ('hi', c_double),
         ('low', c_double * 2),
         ('high', c_double * 2),
+        ('fastest', c_double),
     ]
 
     class pd_images(Structure):
@@ -3300,8 +3330,10 @@ def declare(dim):
         ('paint', POINTER(c_uint8)),
         ('move', POINTER(c_double)),
         ('joined', POINTER(c_uint8)),
+        ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
-        ('view', pd_images_view * 23),
+        ('sight', pd_shade),
+        ('view', pd_images_view * 24),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),

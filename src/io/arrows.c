@@ -1,0 +1,136 @@
+/* arrows: see arrows.h */
+#include "io/arrows.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_ARROWS_LINE 1.3 /* [pixel] width of lines */
+#define PDI_ARROWS_RIM 3.1 /* [pixel] width with the light rim that sets them off */
+#define PDI_ARROWS_HEAD 9.0 /* [pixel] length of a head */
+#define PDI_ARROWS_HALF 3.6 /* [pixel] half its width */
+#define PDI_ARROWS_FAN 3 /* strokes on each side of a head's middle that fill it */
+#define PDI_ARROWS_EVERY 7.0 /* times the distance between streamlines: from head to head */
+#define PDI_ARROWS_SHARE 0.45 /* of an arrow that its head takes, at most */
+#define PDI_ARROWS_LEAST 3.0 /* [pixel] shorter arrows are not drawn */
+
+/* A head of this length with its tip there; (dx, dy): unit vector. */
+static void pdi_arrows_head(pdi_canvas *canvas, double x, double y, double dx, double dy, double length)
+{
+    double half = PDI_ARROWS_HALF / PDI_ARROWS_HEAD * length;
+    for (int k = -PDI_ARROWS_FAN; k <= PDI_ARROWS_FAN; k++) {
+        double out = half * k / PDI_ARROWS_FAN;
+        pdi_canvas_stroke(canvas, x, y, x - length * dx - out * dy, y - length * dy + out * dx);
+    }
+}
+
+static void pdi_arrows_arrow(pdi_canvas *canvas, double xa, double ya, double xb, double yb)
+{
+    double length = hypot(xb - xa, yb - ya), head = fmin(PDI_ARROWS_HEAD, PDI_ARROWS_SHARE * length);
+    double dx = (xb - xa) / length, dy = (yb - ya) / length;
+    pdi_canvas_stroke(canvas, xa, ya, xb - 0.5 * head * dx, yb - 0.5 * head * dy);
+    pdi_arrows_head(canvas, xb, yb, dx, dy, head);
+}
+
+/* The rim (core = 0), then what it sets off. */
+static pd_status pdi_arrows_begin(pd_ctx *ctx, pdi_canvas *canvas, int core)
+{
+    return pdi_canvas_strokes(ctx, canvas, core ? PDI_ARROWS_LINE : PDI_ARROWS_RIM,
+                              core ? PDI_CANVAS_INK : PDI_CANVAS_PAPER);
+}
+
+/* ---- streamlines ---- */
+
+/* One line, upward or downward from the bottom. A head stands in its middle, others at equal distances from there. */
+static void pdi_arrows_line(const pdi_arrows *a, pdi_canvas *canvas, const double *at, int64_t count, int up)
+{
+    double length = 0.0, along = 0.0, every = PDI_ARROWS_EVERY * a->stream->apart;
+    for (int64_t k = 1; k < count; k++) length += hypot(at[2 * k] - at[2 * k - 2], at[2 * k + 1] - at[2 * k - 1]);
+    double next = fmod(0.5 * length, every);
+    if (next < 0.5 * a->stream->apart) next += every;
+    for (int64_t k = 1; k < count; k++) {
+        double x = a->left + at[2 * k - 2], y = a->bottom - up * at[2 * k - 1];
+        double dx = at[2 * k] - at[2 * k - 2], dy = -up * (at[2 * k + 1] - at[2 * k - 1]), piece = hypot(dx, dy);
+        pdi_canvas_stroke(canvas, x, y, x + dx, y + dy);
+        along += piece;
+        if (along < next || next > length - 0.25 * a->stream->apart) continue;
+        pdi_arrows_head(canvas, x + dx, y + dy, dx / piece, dy / piece, PDI_ARROWS_HEAD);
+        next += every;
+    }
+}
+
+PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    pdi_streamlines lines;
+    memset(&lines, 0, sizeof lines);
+    pd_status status = pdi_streamlines_find(ctx, a->stream, &lines);
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int64_t k = 0; k < lines.count && status == PD_OK; k++)
+            for (int up = 1; up >= (a->stream->mirrored ? -1 : 1); up -= 2)
+                pdi_arrows_line(a, canvas, &lines.at[2 * lines.line[k].first], lines.line[k].count, up);
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    pdi_streamlines_free(ctx, &lines);
+    return status;
+}
+
+/* ---- arrows ---- */
+
+/* The arrow at a place of the paper; 0: there is none. */
+static int pdi_arrows_at(const pdi_arrows *a, const double *at, double *end)
+{
+    const pdi_stream *f = a->stream;
+    double u[2];
+    if (!pdi_stream_velocity(f, at, u)) return 0;
+    for (int d = 0; d < 2; d++) end[d] = u[d] * f->cell[d] / f->size[d] / a->fastest * a->longest; /* [pixel] */
+    return hypot(end[0], end[1]) >= PDI_ARROWS_LEAST;
+}
+
+PDI_FN pd_status pdi_arrows_grid(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *canvas)
+{
+    const pdi_stream *f = a->stream;
+    int count[2];
+    double size[2] = {f->nx * f->size[0], f->ny * f->size[1]}, end[2];
+    pd_status status = PD_OK;
+    for (int d = 0; d < 2; d++) count[d] = (int)fmax(1.0, floor(size[d] / a->longest));
+    for (int core = 0; core < 2 && status == PD_OK; core++) {
+        status = pdi_arrows_begin(ctx, canvas, core);
+        for (int k = 0; k < count[0] * count[1] && status == PD_OK; k++) {
+            double at[2] = {(k % count[0] + 0.5) * size[0] / count[0], (k / count[0] + 0.5) * size[1] / count[1]};
+            if (!(a->fastest > 0.0) || !pdi_arrows_at(a, at, end)) continue;
+            double x = a->left + at[0], y = a->bottom - at[1];
+            pdi_arrows_arrow(canvas, x - 0.5 * end[0], y + 0.5 * end[1], x + 0.5 * end[0], y - 0.5 * end[1]);
+        }
+        pdi_canvas_strokes_end(ctx, canvas);
+    }
+    return status;
+}
+
+PDI_FN double pdi_arrows_scale(double fastest, char *text)
+{
+    static const char *const units[] = {"nm/s", "\xC2\xB5m/s", "mm/s", "m/s", "km/s"};
+    static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0, 1e3};
+    int unit = 0;
+    double power = pow(10.0, floor(log10(fastest) + 1e-9)), lead = fastest / power * (1.0 + 1e-9);
+    double speed = (lead >= 5.0 ? 5.0 : lead >= 2.0 ? 2.0 : 1.0) * power;
+    while (unit < 4 && speed >= 0.04 * sizes[unit + 1]) unit++;
+    snprintf(text, 32, "%.3g %s", speed / sizes[unit], units[unit]);
+    return speed;
+}
+
+PDI_FN pd_status pdi_arrows_one(pd_ctx *ctx, pdi_canvas *canvas, double x, double y, double length)
+{
+    pd_status status = pdi_arrows_begin(ctx, canvas, 1);
+    if (status == PD_OK) pdi_arrows_arrow(canvas, x, y, x + length, y);
+    pdi_canvas_strokes_end(ctx, canvas);
+    return status;
+}
+
+#undef PDI_ARROWS_LINE
+#undef PDI_ARROWS_RIM
+#undef PDI_ARROWS_HEAD
+#undef PDI_ARROWS_HALF
+#undef PDI_ARROWS_FAN
+#undef PDI_ARROWS_EVERY
+#undef PDI_ARROWS_SHARE
+#undef PDI_ARROWS_LEAST

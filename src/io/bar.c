@@ -1,0 +1,44 @@
+/* bar: see bar.h */
+#include "io/bar.h"
+#include "io/colour.h"
+#include <stdio.h>
+
+PDI_FN int pdi_bar_widest(const pdi_ticks *axis)
+{
+    int widest = 0;
+    for (int k = 0; k < axis->count; k++) {
+        int width = pdi_canvas_text_width(axis->label[k]);
+        if (width > widest) widest = width;
+    }
+    return widest;
+}
+
+PDI_FN uint32_t pdi_bar_colour(const uint32_t *table, double place)
+{
+    place = !(place > 0) ? 0 : place > 1 ? 1 : place;
+    return table[(int)(place * (PDI_COLOUR_COUNT - 1) + 0.5)];
+}
+
+PDI_FN void pdi_bar_draw(const pdi_bar *b, pdi_canvas *canvas)
+{
+    int bottom = b->top + b->height, right = b->left + PDI_BAR_WIDTH;
+    char factor[40], power[32];
+    for (int y = 0; y < b->height; y++) {
+        uint32_t colour = pdi_bar_colour(b->table, b->height > 1 ? (double)y / (b->height - 1) : 0);
+        pdi_canvas_fill(canvas, b->left, bottom - y - 1, right, bottom - y, colour);
+    }
+    pdi_canvas_frame(canvas, b->left, b->top, right, bottom, PDI_CANVAS_INK);
+    for (int k = 0; k < b->axis->count; k++) {
+        int y = bottom - 1 - (int)(pdi_ticks_place(b->axis, b->axis->at[k]) * (b->height - 1) + 0.5);
+        pdi_canvas_fill(canvas, right, y, right + 6, y + 1, PDI_CANVAS_INK);
+        pdi_canvas_text(canvas, right + 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_START, PDI_CANVAS_INK,
+                        b->axis->label[k]);
+    }
+    if (b->axis->exponent) {
+        pdi_ticks_power(b->axis->exponent, power);
+        snprintf(factor, sizeof factor, "\xC3\x97 %s", power);
+        pdi_canvas_text(canvas, b->left, b->top - PDI_CANVAS_CAPITAL - 14, PDI_ALIGN_START, PDI_CANVAS_INK, factor);
+    }
+    if (b->label)
+        pdi_canvas_text_up(canvas, b->label_left, b->top + b->height / 2, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, b->label);
+}

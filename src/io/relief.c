@@ -1,0 +1,203 @@
+/* relief: see relief.h */
+#include "io/relief.h"
+#include "io/bar.h"
+#include "io/label.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_RELIEF_METAL 0xC9CED6u /* colour of metal in full light */
+#define PDI_RELIEF_EDGE 0x5F6368u /* colour of edges of the box */
+#define PDI_RELIEF_LEFT 24 /* [pixel] of the view */
+#define PDI_RELIEF_SCALE 0.22 /* times the width of the view: the longest scale */
+#define PDI_RELIEF_OUT 15.0 /* [pixel] from an edge to the letter of its axis */
+#define PDI_RELIEF_BAR 0.8 /* height of the bar over that of the view */
+
+typedef struct pdi_relief_layout {
+    int left, top, width, height;
+    pdi_ticks axis;
+    pdi_bar bar;
+    uint32_t table[PDI_COLOUR_COUNT];
+    char label[PDI_LABEL_SIZE], scale_label[32];
+    double scale; /* [pixel] */
+} pdi_relief_layout;
+
+/* A round length that is not longer than the longest scale. */
+static void pdi_relief_scale(const pd_shade *s, pdi_relief_layout *l)
+{
+    static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
+    static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0};
+    double most = PDI_RELIEF_SCALE * s->width * s->size, power = pow(10.0, floor(log10(most)));
+    double length = (most >= 5.0 * power ? 5.0 : most >= 2.0 * power ? 2.0 : 1.0) * power;
+    int unit = 0;
+    while (unit < 3 && length * (1.0 + 1e-9) >= sizes[unit + 1]) unit++;
+    snprintf(l->scale_label, sizeof l->scale_label, "%.3g %s", length / sizes[unit], units[unit]);
+    l->scale = length / s->size;
+}
+
+static void pdi_relief_place(const pdi_relief *r, pdi_relief_layout *l)
+{
+    const pd_shade *s = r->shade;
+    const char *widest = r->widest ? r->widest : r->stamp;
+    int title = r->title ? pdi_canvas_text_width(r->title) + 1 : 0;
+    int stamp = r->stamp ? pdi_canvas_text_width(widest) : 0;
+    l->left = PDI_RELIEF_LEFT;
+    l->top = 52;
+    int right = l->left + s->width, header = l->left + title + stamp + 30;
+    if (r->coloured && r->map != PD_MAP_LABELS) {
+        pdi_bar *b = &l->bar;
+        l->axis.log = r->log;
+        l->axis.lo = r->lo;
+        l->axis.hi = r->hi;
+        pdi_ticks_widen(0, &l->axis);
+        b->height = (int)(PDI_RELIEF_BAR * s->height);
+        pdi_ticks_ticks(b->height / 50 + 1, &l->axis);
+        b->left = right + 16;
+        b->top = l->top + (s->height - b->height) / 2;
+        b->axis = &l->axis;
+        b->table = l->table;
+        b->label = r->label ? l->label : NULL;
+        b->label_left = b->left + PDI_BAR_WIDTH + 12 + pdi_bar_widest(&l->axis) + 16;
+        right = b->label_left + (r->label ? PDI_CANVAS_CAPITAL + 4 : -8);
+    }
+    l->width = (right > header ? right : header) + 22;
+    l->height = l->top + s->height + 14 + PDI_CANVAS_CAPITAL + 22;
+}
+
+static uint32_t pdi_relief_base(const pdi_relief *r, const pdi_relief_layout *l, double value)
+{
+    if (!r->coloured || isnan(value)) return PDI_RELIEF_METAL;
+    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_colour_label((int64_t)floor(value + 0.5));
+    if (r->log && !(value > 0)) return PDI_RELIEF_METAL;
+    return pdi_bar_colour(l->table, pdi_ticks_place(&l->axis, value));
+}
+
+/* The colour of a pixel: that of the surface in its light, over paper, under edges. */
+static uint32_t pdi_relief_colour(const pdi_relief *r, const pdi_relief_layout *l, size_t k)
+{
+    const pd_shade *s = r->shade;
+    double samples = PDI_SHADE_SIDE * PDI_SHADE_SIDE, cover = s->cover[k] / samples, edge = s->edge[k] / samples;
+    uint32_t base = s->cover[k] ? pdi_relief_base(r, l, (double)s->value[k]) : PDI_CANVAS_PAPER, colour = 0;
+    for (int c = 16; c >= 0; c -= 8) {
+        double paper = (double)(PDI_CANVAS_PAPER >> c & 255), ink = (double)(PDI_RELIEF_EDGE >> c & 255);
+        double body = (double)(base >> c & 255) * s->light[k] / 255.0, mixed = paper + cover * (body - paper);
+        mixed += edge * (ink - mixed);
+        colour |= (uint32_t)(mixed + 0.5) << c;
+    }
+    return colour;
+}
+
+static void pdi_relief_pixels(const pdi_relief *r, const pdi_relief_layout *l, int left, int top, pdi_canvas *canvas)
+{
+    for (int y = 0; y < r->shade->height; y++)
+        for (int x = 0; x < r->shade->width; x++) {
+            uint32_t colour = pdi_relief_colour(r, l, (size_t)y * (size_t)r->shade->width + (size_t)x);
+            pdi_canvas_fill(canvas, left + x, top + y, left + x + 1, top + y + 1, colour);
+        }
+}
+
+/* The letter of an axis stands outside, beside an edge of the outline: of x and y the lower one, of z the left one. */
+static void pdi_relief_axis(const pd_shade *s, const pdi_relief_layout *l, int d, pdi_canvas *canvas)
+{
+    int e = (d + 1) % 3, g = (d + 2) % 3;
+    double best = -HUGE_VAL, x[3], a[3], b[3], at[2] = {0.0, 0.0}, middle[3], out[2];
+    char letter[2] = {"xyz"[d], '\0'};
+    for (int k = 0; k < 4; k++) {
+        double first = k & 1 ? s->eye[e] : -s->eye[e], second = k & 2 ? s->eye[g] : -s->eye[g];
+        x[e] = k & 1 ? s->hi[e] : s->lo[e];
+        x[g] = k & 2 ? s->hi[g] : s->lo[g];
+        if ((first > 0.0) == (second > 0.0)) continue; /* both faces are seen, or none */
+        x[d] = s->lo[d];
+        pdi_shade_project(s, x, a);
+        x[d] = s->hi[d];
+        pdi_shade_project(s, x, b);
+        double place = d == 2 ? -(a[0] + b[0]) : a[1] + b[1];
+        if (!(place > best) || !(hypot(b[0] - a[0], b[1] - a[1]) > 1.0)) continue;
+        best = place;
+        out[0] = b[1] - a[1];
+        out[1] = a[0] - b[0];
+        for (int c = 0; c < 2; c++) at[c] = 0.5 * (a[c] + b[c]);
+    }
+    if (!(best > -HUGE_VAL)) return;
+    for (int c = 0; c < 3; c++) x[c] = 0.5 * (s->lo[c] + s->hi[c]);
+    pdi_shade_project(s, x, middle);
+    double sense = out[0] * (at[0] - middle[0]) + out[1] * (at[1] - middle[1]) < 0.0 ? -1.0 : 1.0;
+    for (int c = 0; c < 2; c++) at[c] += sense * PDI_RELIEF_OUT * out[c] / hypot(out[0], out[1]);
+    pdi_canvas_text(canvas, l->left + (int)at[0], l->top + (int)at[1] - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_CENTRE,
+                    PDI_CANVAS_INK, letter);
+}
+
+static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pdi_canvas *canvas)
+{
+    int y = l->top + r->shade->height + 14, right = l->left + r->shade->width, wide = (int)(l->scale + 0.5);
+    int taken = l->left + (r->title ? pdi_canvas_text_width(r->title) + 30 : 0);
+    if (r->title) pdi_canvas_title(canvas, l->left, 24, PDI_CANVAS_INK, r->title);
+    if (r->stamp) {
+        int start = right - pdi_canvas_text_width(r->stamp);
+        pdi_canvas_text(canvas, start > taken ? start : taken, 24, PDI_ALIGN_START, PDI_CANVAS_INK, r->stamp);
+    }
+    int middle = y + PDI_CANVAS_CAPITAL / 2;
+    pdi_canvas_fill(canvas, l->left, middle - 1, l->left + wide, middle + 2, PDI_CANVAS_INK);
+    pdi_canvas_text(canvas, l->left + wide + 10, y, PDI_ALIGN_START, PDI_CANVAS_INK, l->scale_label);
+    for (int d = 0; d < 3; d++) pdi_relief_axis(r->shade, l, d, canvas);
+}
+
+/* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
+static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, pdi_canvas *canvas)
+{
+    const pd_shade *s = r->shade;
+    pdi_relief_layout l;
+    pdi_canvas view;
+    memset(canvas, 0, sizeof *canvas);
+    memset(&l, 0, sizeof l);
+    pdi_colour_table(r->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : r->map, l.table);
+    if (r->label) pdi_label_print(r->label, l.label);
+    pdi_relief_scale(s, &l);
+    pdi_relief_place(r, &l);
+    PDI_TRY(svg ? pdi_canvas_vectors(ctx, l.width, l.height, svg, canvas)
+                : pdi_canvas_init(ctx, l.width, l.height, canvas));
+    if (!svg) pdi_relief_pixels(r, &l, l.left, l.top, canvas);
+    else {
+        PDI_TRY(pdi_canvas_init(ctx, s->width, s->height, &view));
+        pdi_relief_pixels(r, &l, 0, 0, &view);
+        pdi_canvas_image(canvas, l.left, l.top, &view.image);
+        pdi_image_free(ctx, &view.image);
+    }
+    if (l.bar.axis) pdi_bar_draw(&l.bar, canvas);
+    pdi_relief_words(r, &l, canvas);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = pdi_relief_on(ctx, relief, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    *image = canvas.image;
+    return status;
+}
+
+PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief)
+{
+    pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = pdi_relief_on(ctx, relief, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
+    PDI_TRY(pdi_relief_draw(ctx, relief, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
+    return status;
+}
+
+#undef PDI_RELIEF_METAL
+#undef PDI_RELIEF_EDGE
+#undef PDI_RELIEF_LEFT
+#undef PDI_RELIEF_SCALE
+#undef PDI_RELIEF_OUT
+#undef PDI_RELIEF_BAR

@@ -1,0 +1,390 @@
+/* streamline: see streamline.h */
+#include "io/streamline.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_STREAMLINE_NEAR 0.5 /* times the distance between lines: nearer to another one a line ends */
+#define PDI_STREAMLINE_REST 1e-4 /* times the largest speed: slower fluid is at rest */
+#define PDI_STREAMLINE_MEET 0.02 /* times the distance between lines: a line that comes back so near is closed */
+#define PDI_STREAMLINE_SHORT 1.5 /* times that distance: shorter open lines are not drawn */
+#define PDI_STREAMLINE_CLEAR 0.3 /* times that distance: nearer to a face a line does not begin, but in a narrow gap */
+#define PDI_STREAMLINE_STEP 0.25 /* [cells] of a step, at most */
+#define PDI_STREAMLINE_STEPS 8.0 /* steps over the distance between lines, at least */
+#define PDI_STREAMLINE_FINE 64.0 /* the same, at most */
+#define PDI_STREAMLINE_STORED 12.0 /* stored points over that distance */
+#define PDI_STREAMLINE_HALVES 6 /* how often a step is halved where it leaves the flow */
+
+/* A stored point in the lists by which near lines are found. */
+typedef struct pdi_streamline_mark {
+    double x, y;
+    double along; /* length of the line from its seed, with its sign */
+    int64_t line;
+    int64_t next; /* -1: none */
+} pdi_streamline_mark;
+
+typedef struct pdi_streamline_search {
+    pd_ctx *ctx;
+    const pdi_stream *f;
+    pdi_streamlines *lines;
+    double step, least;      /* least: speed on paper over that of the velocity's unit */
+    int every;               /* steps between stored points */
+    int columns, rows;       /* of squares as wide as lines are apart */
+    int64_t *head;           /* [columns * rows] first mark of a square, -1: none */
+    pdi_streamline_mark *mark;
+    int64_t marks, mark_room;
+} pdi_streamline_search;
+
+/* ---- velocity ---- */
+
+/* The cell, or beyond an open side the nearest one; -1: nothing flows there. */
+static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
+{
+    if ((i < 0 && f->closed[0]) || (i >= f->nx && f->closed[1]) || (j < 0 && f->closed[2]) ||
+        (j >= f->ny && f->closed[3]))
+        return -1;
+    i = i < 0 ? 0 : i >= f->nx ? f->nx - 1 : i;
+    j = j < 0 ? 0 : j >= f->ny ? f->ny - 1 : j;
+    int64_t cell = (int64_t)j * f->nx + i;
+    return isnan(f->u[0][cell]) || isnan(f->u[1][cell]) ? -1 : cell;
+}
+
+/* Component d in the middle of the face between two cells that lie side by side along an axis, of which the first one
+ * flows. */
+static double pdi_streamline_face(const pdi_stream *f, int64_t own, int64_t next, int d, int axis)
+{
+    if (next >= 0) return 0.5 * (f->u[d][own] + f->u[d][next]);
+    return d == axis ? 0.0 : f->u[d][own];
+}
+
+/* Component d where four cells meet: cell[k] lies to the right for k & 1, above for k & 2. */
+static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, int d)
+{
+    double sum = 0.0;
+    int count = 0, other = 1 << d;
+    for (int k = 0; k < 4; k++) {
+        if (cell[k] < 0) continue;
+        if (cell[k ^ other] < 0) return 0.0;
+        sum += f->u[d][cell[k]];
+        count++;
+    }
+    return sum / count;
+}
+
+PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *at, double *velocity)
+{
+    double x = at[0] / f->size[0], y = at[1] / f->size[1];
+    if (!(x >= 0.0 && x <= f->nx && y >= 0.0 && y <= f->ny)) return 0;
+    int i = x < f->nx ? (int)x : f->nx - 1, j = y < f->ny ? (int)y : f->ny - 1;
+    int di = x - i >= 0.5 ? 1 : -1, dj = y - j >= 0.5 ? 1 : -1;
+    double a = 2.0 * fabs(x - i - 0.5), b = 2.0 * fabs(y - j - 0.5); /* 0: middle, 1: face */
+    int64_t own = pdi_streamline_cell(f, i, j), beside = pdi_streamline_cell(f, i + di, j);
+    int64_t above = pdi_streamline_cell(f, i, j + dj), cell[4];
+    if (own < 0) return 0;
+    for (int k = 0; k < 4; k++)
+        cell[k] = pdi_streamline_cell(f, k & 1 ? i + di : i, k & 2 ? j + dj : j);
+    for (int d = 0; d < 2; d++) {
+        double value = (1.0 - a) * (1.0 - b) * f->u[d][own] + a * (1.0 - b) * pdi_streamline_face(f, own, beside, d, 0);
+        value += (1.0 - a) * b * pdi_streamline_face(f, own, above, d, 1) + a * b * pdi_streamline_corner(f, cell, d);
+        velocity[d] = value * f->size[d] / f->cell[d];
+    }
+    return 1;
+}
+
+PDI_FN double pdi_stream_fastest(const pdi_stream *f)
+{
+    double fastest = 0.0;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) fastest = fmax(fastest, hypot(f->u[0][k], f->u[1][k]));
+    return fastest;
+}
+
+/* The same on paper; *cell: where it is. */
+static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
+{
+    double fastest = 0.0;
+    *cell = -1;
+    for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
+        double speed = hypot(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        if (!(speed > fastest)) continue;
+        fastest = speed;
+        *cell = k;
+    }
+    return fastest;
+}
+
+/* ---- what is near ---- */
+
+static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, double y)
+{
+    int column = (int)(x / s->f->apart), row = (int)(y / s->f->apart);
+    column = column < 0 ? 0 : column >= s->columns ? s->columns - 1 : column;
+    row = row < 0 ? 0 : row >= s->rows ? s->rows - 1 : row;
+    return &s->head[(int64_t)row * s->columns + column];
+}
+
+static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *at, double along)
+{
+    if (s->marks == s->mark_room) {
+        int64_t room = 2 * s->mark_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->mark_room, room, s->mark));
+        s->mark_room = room;
+    }
+    pdi_streamline_mark *mark = &s->mark[s->marks];
+    int64_t *head = pdi_streamline_square(s, at[0], at[1]);
+    mark->x = at[0];
+    mark->y = at[1];
+    mark->along = along;
+    mark->line = s->lines->count;
+    mark->next = *head;
+    *head = s->marks++;
+    return PD_OK;
+}
+
+/* Take back the last marks, down to `marks`. */
+static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
+{
+    while (s->marks > marks) {
+        const pdi_streamline_mark *mark = &s->mark[--s->marks];
+        *pdi_streamline_square(s, mark->x, mark->y) = mark->next;
+    }
+}
+
+/* Is there a mark within `reach`? own: of the line that is being made, as far as it has come round; else: of others. */
+static int pdi_streamline_near(const pdi_streamline_search *s, const double *at, double reach, int own, double along)
+{
+    double bend = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
+    int column = (int)(at[0] / s->f->apart), row = (int)(at[1] / s->f->apart);
+    for (int j = row - 1; j <= row + 1; j++)
+        for (int i = column - 1; i <= column + 1; i++) {
+            if (i < 0 || i >= s->columns || j < 0 || j >= s->rows) continue;
+            for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
+                const pdi_streamline_mark *mark = &s->mark[k];
+                if ((mark->line == s->lines->count) != own) continue;
+                if (own && fabs(mark->along - along) < bend) continue;
+                if (hypot(mark->x - at[0], mark->y - at[1]) < reach) return 1;
+            }
+        }
+    return 0;
+}
+
+/* ---- one line ---- */
+
+/* The unit vector of the velocity; 0: nothing flows there. */
+static int pdi_streamline_way(const pdi_streamline_search *s, const double *at, double sense, double *way)
+{
+    double u[2];
+    if (!pdi_stream_velocity(s->f, at, u)) return 0;
+    double speed = hypot(u[0], u[1]);
+    if (!(speed > s->least)) return 0;
+    way[0] = sense * u[0] / speed;
+    way[1] = sense * u[1] / speed;
+    return 1;
+}
+
+/* A step of the classical Runge-Kutta method of order 4; 0: it leaves the flow. */
+static int pdi_streamline_step(const pdi_streamline_search *s, const double *from, double sense, double step,
+                               double *to)
+{
+    static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+    double way[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
+    for (int stage = 0; stage < 4; stage++) {
+        double at[2] = {from[0] + part[stage] * step * way[0], from[1] + part[stage] * step * way[1]};
+        if (!pdi_streamline_way(s, at, sense, way)) return 0;
+        for (int d = 0; d < 2; d++) sum[d] += weight[stage] * way[d];
+    }
+    for (int d = 0; d < 2; d++) to[d] = from[d] + step * sum[d];
+    return pdi_streamline_way(s, to, sense, way);
+}
+
+static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *at, double along)
+{
+    pdi_streamlines *l = s->lines;
+    if (l->points == l->point_room) {
+        int64_t room = 2 * l->point_room + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_room, 2 * room, l->at));
+        l->point_room = room;
+    }
+    l->at[2 * l->points] = at[0];
+    l->at[2 * l->points++ + 1] = at[1];
+    return pdi_streamline_put(s, at, along);
+}
+
+/* Does the piece from a to b pass the seed? */
+static int pdi_streamline_meets(const pdi_streamline_search *s, const double *seed, const double *a, const double *b)
+{
+    double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
+    double share = (x * dx + y * dy) / (dx * dx + dy * dy);
+    return share >= 0.0 && share <= 1.0 && fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * hypot(dx, dy);
+}
+
+/* Does a face lie beside the place, on one side of it alone? A line along it would be drawn on that face. */
+static int pdi_streamline_beside_face(const pdi_stream *f, const double *at)
+{
+    for (int d = 0; d < 2; d++) {
+        int blocked[2];
+        for (int up = 0; up < 2; up++) {
+            double to[2] = {at[0], at[1]};
+            to[d] += (up ? 1 : -1) * PDI_STREAMLINE_CLEAR * f->apart;
+            blocked[up] = pdi_streamline_cell(f, (int)floor(to[0] / f->size[0]), (int)floor(to[1] / f->size[1])) < 0;
+        }
+        if (blocked[0] != blocked[1]) return 1;
+    }
+    return 0;
+}
+
+static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *at, double reach)
+{
+    return pdi_streamline_near(s, at, reach, 0, 0.0) || (s->f->mirrored && at[1] < 0.5 * reach);
+}
+
+/* From the seed on; the points are stored behind it. A line that comes back to itself goes on for a while: perhaps it
+ * closes. */
+static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *seed, double sense, double *length,
+                                     int *closed)
+{
+    pdi_streamlines *l = s->lines;
+    double at[2] = {seed[0], seed[1]}, to[2], step = s->step, back = HUGE_VAL;
+    int64_t points = 0, marks = 0;
+    *length = 0.0;
+    *closed = 0;
+    for (int64_t n = 1; step > s->step / (1 << PDI_STREAMLINE_HALVES); n++) {
+        if (!pdi_streamline_step(s, at, sense, step, to)) {
+            step *= 0.5;
+            continue;
+        }
+        double along = *length + step;
+        if (pdi_streamline_crowded(s, to, PDI_STREAMLINE_NEAR * s->f->apart)) break;
+        *closed = along > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
+        if (*closed) {
+            *length = along;
+            return pdi_streamline_store(s, seed, sense * along);
+        }
+        if (back > along && pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * along)) {
+            back = along;
+            points = l->points;
+            marks = s->marks;
+        }
+        if (along > back + PDI_PI * s->f->apart) break;
+        memcpy(at, to, sizeof at);
+        *length = along;
+        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * along));
+    }
+    if (!(back < HUGE_VAL)) return PD_OK;
+    l->points = points;
+    pdi_streamline_take_back(s, marks);
+    *length = back;
+    return PD_OK;
+}
+
+static void pdi_streamline_reverse(double *at, int64_t count)
+{
+    for (int64_t a = 0, b = count - 1; a < b; a++, b--)
+        for (int d = 0; d < 2; d++) {
+            double other = at[2 * a + d];
+            at[2 * a + d] = at[2 * b + d];
+            at[2 * b + d] = other;
+        }
+}
+
+/* A line through the seed, where there is room for one. */
+static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed)
+{
+    pdi_streamlines *l = s->lines;
+    int64_t first = l->points, marks = s->marks;
+    double way[2], length[2] = {0.0, 0.0};
+    int closed = 0;
+    if (!pdi_streamline_way(s, seed, 1.0, way) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
+    if (pdi_streamline_crowded(s, seed, s->f->apart)) return PD_OK;
+    if (l->count == l->room) {
+        int64_t room = 2 * l->room + 64;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->room, room, l->line));
+        l->room = room;
+    }
+    PDI_TRY(pdi_streamline_store(s, seed, 0.0));
+    PDI_TRY(pdi_streamline_half(s, seed, -1.0, &length[0], &closed));
+    pdi_streamline_reverse(&l->at[2 * first], l->points - first);
+    if (!closed) PDI_TRY(pdi_streamline_half(s, seed, 1.0, &length[1], &closed));
+    if (!closed && length[0] + length[1] < PDI_STREAMLINE_SHORT * s->f->apart) {
+        l->points = first;
+        pdi_streamline_take_back(s, marks);
+        return PD_OK;
+    }
+    l->line[l->count].first = first;
+    l->line[l->count].count = l->points - first;
+    l->line[l->count++].closed = closed;
+    return PD_OK;
+}
+
+/* Lines beside those from `from` on, and beside those that this adds. */
+static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
+{
+    pdi_streamlines *l = s->lines;
+    for (int64_t k = from; k < l->count; k++)
+        for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
+            for (int side = -1; side <= 1; side += 2) {
+                double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
+                double out = side * s->f->apart * (1.0 + 1e-6) / hypot(dx, dy);
+                double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
+                PDI_TRY(pdi_streamline_try(s, seed));
+            }
+    return PD_OK;
+}
+
+static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
+{
+    const pdi_stream *f = s->f;
+    double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->size[0], ((double)(fastest / f->nx) + 0.5) * f->size[1]};
+    PDI_TRY(pdi_streamline_try(s, seed));
+    PDI_TRY(pdi_streamline_beside(s, 0));
+    for (int j = 0; j < 2 * s->rows; j++) /* what has no way to the lines so far */
+        for (int i = 0; i < 2 * s->columns; i++) {
+            int64_t count = s->lines->count;
+            seed[0] = (i + 0.5) * f->nx * f->size[0] / (2.0 * s->columns);
+            seed[1] = (j + 0.5) * f->ny * f->size[1] / (2.0 * s->rows);
+            PDI_TRY(pdi_streamline_try(s, seed));
+            PDI_TRY(pdi_streamline_beside(s, count));
+        }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_streamlines *lines)
+{
+    pdi_streamline_search s;
+    int64_t fastest;
+    memset(&s, 0, sizeof s);
+    s.ctx = ctx;
+    s.f = f;
+    s.lines = lines;
+    s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
+    if (fastest < 0) return PD_OK;
+    s.step = fmin(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * fmin(f->size[0], f->size[1]));
+    s.step = fmax(f->apart / PDI_STREAMLINE_FINE, s.step);
+    s.every = (int)fmax(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
+    s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
+    s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
+    int64_t squares = (int64_t)s.columns * s.rows;
+    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.head));
+    for (int64_t k = 0; k < squares; k++) s.head[k] = -1;
+    pd_status status = pdi_streamline_all(&s, fastest);
+    PDI_DELETE(ctx, squares, s.head);
+    PDI_DELETE(ctx, s.mark_room, s.mark);
+    return status;
+}
+
+PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
+{
+    PDI_DELETE(ctx, lines->room, lines->line);
+    PDI_DELETE(ctx, 2 * lines->point_room, lines->at);
+    memset(lines, 0, sizeof *lines);
+}
+
+#undef PDI_STREAMLINE_NEAR
+#undef PDI_STREAMLINE_REST
+#undef PDI_STREAMLINE_MEET
+#undef PDI_STREAMLINE_SHORT
+#undef PDI_STREAMLINE_CLEAR
+#undef PDI_STREAMLINE_STEP
+#undef PDI_STREAMLINE_STEPS
+#undef PDI_STREAMLINE_FINE
+#undef PDI_STREAMLINE_STORED
+#undef PDI_STREAMLINE_HALVES

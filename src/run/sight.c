@@ -1,0 +1,77 @@
+/* sight: see sight.h */
+#include "run/sight.h"
+#include "io/picture.h"
+#include "run/sample.h"
+#include <math.h>
+#include <string.h>
+
+PDI_FN int pdi_sight_wanted(const pd_setup *u) { return PD_DIM == 3 && u->drawing.surface; }
+
+PDI_FN pd_field pdi_sight_field(const pd_setup *u)
+{
+    return u->drawing.surface > 1 ? (pd_field)(u->drawing.surface - 2) : PD_FIELD_COUNT;
+}
+
+PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *u, pd_shade *shade)
+{
+    double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0};
+    for (int d = 0; d < PD_DIM; d++) {
+        lo[d] = u->lo[d];
+        hi[d] = u->hi[d];
+    }
+    return pdi_shade_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, shade);
+}
+
+/* Metal that dissolves has lost a part of its outer cells. */
+static double pdi_sight_share(const void *user, const int *i)
+{
+    const pd_model *m = (const pd_model *)user;
+    int32_t node = pd_grid_node(&m->grid, i);
+    if (m->grid.kind[node] != PD_SOLID) return 0.0;
+    if (!m->setup->has_dissolve) return 1.0;
+    return fmax(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
+}
+
+/* Fields of the metal have the value of its cell, others that of the fluid beside it. */
+static double pdi_sight_value(const void *user, const int *in, const int *out)
+{
+    const pd_model *m = (const pd_model *)user;
+    pd_field field = pdi_sight_field(m->setup);
+    int metal = pdi_setup_field_metal(field);
+    if (!metal && !pdi_grid_inside(&m->grid, out)) return (double)NAN;
+    int32_t node = pd_grid_node(&m->grid, metal ? in : out);
+    if (!metal && m->grid.kind[node] != PD_FLUID) return (double)NAN;
+    return pdi_sample_node(m, field, node);
+}
+
+PDI_FN pd_status pdi_sight_take(pd_ctx *ctx, const pd_model *m, pd_shade *shade)
+{
+    pdi_shell_desc desc;
+    pdi_shell shell;
+    pd_field field = pdi_sight_field(m->setup);
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) {
+        desc.n[d] = m->grid.n[d];
+        desc.lo[d] = m->grid.lo[d];
+        desc.h[d] = m->grid.h[d];
+    }
+    desc.share = pdi_sight_share;
+    desc.value = field < PD_FIELD_COUNT ? pdi_sight_value : NULL;
+    desc.user = m;
+    PDI_TRY(pdi_shell_build(ctx, &desc, &shell));
+    pd_status status = pdi_shade_draw(ctx, &shell, field < PD_FIELD_COUNT && pdi_setup_field_numbered(field), shade);
+    pdi_shell_free(ctx, &shell);
+    return status;
+}
+
+PDI_FN void pdi_sight_ends(const pd_shade *s, int log, double *lo, double *hi)
+{
+    *lo = HUGE_VAL;
+    *hi = -HUGE_VAL;
+    for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
+        double value = (double)s->value[k];
+        if (isnan(value) || (log && !(value > 0.0))) continue;
+        *lo = fmin(*lo, value);
+        *hi = fmax(*hi, value);
+    }
+}
