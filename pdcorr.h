@@ -26285,6 +26285,11 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
 /* ======== >>chemistry/components.c ======== */
 /* components: see components.h */
 #include <float.h>
@@ -26845,6 +26850,9 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
     else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
     return status;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
@@ -30620,6 +30628,11 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 
 #if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O2")
+#endif
+
 /* ======== >>react/reactive.c ======== */
 /* reactive: see reactive.h */
 #include <float.h>
@@ -31547,6 +31560,9 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     pdi_multigrid_close(&r->inverse.mg);
     return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_SOLID) && !defined(PDCORR_NO_PHYSICS)
@@ -43560,6 +43576,11 @@ PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
 
 #if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
 
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("O1")
+#endif
+
 /* ======== >>potential/balance.c ======== */
 /* balance: see balance.h */
 #include <math.h>
@@ -43751,6 +43772,9 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
     double sizes = pdi_sum_total(&size);
     result->imbalance = sizes > 0.0 ? fabs(pdi_sum_total(&all)) / sizes : 0.0;
 }
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#endif
 #endif /* cut */
 
 #if !defined(PDCORR_NO_POTENTIAL) && !defined(PDCORR_NO_PHYSICS)
