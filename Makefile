@@ -65,9 +65,10 @@ all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
 
 drivers: $(DRIVERS) ## build these and the programs of the reports
 
-# One page without a server. Inlining and unrolling of clang make the programs larger by a third, and faster by 6 %.
+# One page without a server. Inlining and unrolling of clang make the programs larger by a third, and faster by 6 %. Rooms
+# where no run spends its time are small (PDI_SMALL).
 WEB_FLAGS = --target=wasm32-wasi -mexec-model=reactor -msimd128 -std=c99 -O2 -fno-unroll-loops \
-            -mllvm -inline-threshold=25 -ffp-contract=off -Wall -Wextra -Werror '-DPD_API=extern __attribute__((visibility("hidden")))'
+            -mllvm -inline-threshold=5 -ffp-contract=off -Wall -Wextra -Werror '-DPD_API=extern __attribute__((visibility("hidden")))'
 WEB_WASM := $(foreach k,$(DIMS),$(BUILD)/web/pdcorr$kd.wasm)
 .PHONY: web
 web: $(BUILD)/web/index.html ## build the page for browsers, build/web/index.html; needs clang, lld, wasi-libc

@@ -363,10 +363,19 @@
 #define PDI_COLD
 #endif
 
+/* PDI_SMALL: the same rooms are compiled to be small, where programs are sent over a network. */
+#if defined(__clang__) && defined(__wasm__)
+#define PDI_SMALL
+#pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
+#endif
+
 /* PDI_COLD_BEGIN .. PDI_COLD_END: functions off the hot paths in a module of others, such as those that build it. */
 #ifdef PDI_COLD
 #define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
 #define PDI_COLD_END _Pragma("GCC pop_options")
+#elif defined(PDI_SMALL)
+#define PDI_COLD_BEGIN _Pragma("clang attribute push (__attribute__((minsize)), apply_to = function)")
+#define PDI_COLD_END _Pragma("clang attribute pop")
 #else
 #define PDI_COLD_BEGIN
 #define PDI_COLD_END
@@ -11062,6 +11071,8 @@ PD_API pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>core/pace.c ======== */
@@ -11289,11 +11300,15 @@ PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>core/owner.c ======== */
@@ -11527,6 +11542,8 @@ PDI_FN pd_status pdi_arena_return(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list
 #undef PDI_ARENA_LINE
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 /* ======== >>core/vec.c ======== */
@@ -11955,6 +11972,8 @@ PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, cons
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>core/rng.c ======== */
@@ -12024,6 +12043,8 @@ PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, dou
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -12709,6 +12730,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/area.c ======== */
@@ -13439,6 +13462,8 @@ void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -13976,6 +14001,8 @@ PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/path.c ======== */
@@ -14245,11 +14272,15 @@ PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/axisym.c ======== */
@@ -14492,6 +14523,8 @@ PDI_FN void pdi_axisym_free(pd_ctx *ctx, pd_axisym *ring)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -15239,6 +15272,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/surface.c ======== */
@@ -15404,11 +15439,15 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
 #undef PDI_SURFACE_FAR
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/boundary.c ======== */
@@ -15546,6 +15585,8 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -15682,6 +15723,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/media.c ======== */
@@ -16102,6 +16145,8 @@ PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *m)
 #undef PDI_MEDIA_TOUCH
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -16559,6 +16604,8 @@ pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffus
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/csr.c ======== */
@@ -16775,11 +16822,15 @@ void pd_csr_free(pd_ctx *ctx, pd_csr *csr)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/lattice.c ======== */
@@ -16844,11 +16895,15 @@ void pd_lattice_free(pd_ctx *ctx, pd_lattice *l)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>lattice/quadratic.c ======== */
@@ -16978,6 +17033,8 @@ PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit)
 #undef PDI_QUADRATIC_FAINTER
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -17246,6 +17303,8 @@ PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/hessenberg.c ======== */
@@ -17357,7 +17416,8 @@ static void pdi_krylov_lay(pd_krylov *krylov)
     krylov->stride = length;
     if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
     if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
-    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node is left */
+    int64_t columns = (vectors - 1) / (d->flexible ? 2 : 1);
     krylov->base = (int)(columns < d->most ? columns : d->most);
     krylov->grow = pdi_krylov_step(krylov);
 }
@@ -18082,6 +18142,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
@@ -19582,6 +19644,8 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/compact.c ======== */
@@ -19773,11 +19837,15 @@ PDI_FN double pdi_compact_excess(const pd_stencil *s)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solve/sdirk.c ======== */
@@ -20272,6 +20340,8 @@ PDI_FN double pdi_least_squares_quantile(int freedom)
 #undef PDI_LEAST_SQUARES_MOST
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 
 #if !defined(PDCORR_NO_PHYSICS)
@@ -20279,6 +20349,8 @@ PDI_FN double pdi_least_squares_quantile(int freedom)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/scales.c ======== */
@@ -20343,6 +20415,8 @@ PDI_FN double pdi_scales_fluid(const pd_grid *grid)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -21938,6 +22012,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/force.c ======== */
@@ -22358,6 +22434,8 @@ pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const d
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -22571,6 +22649,8 @@ PDI_FN void pdi_precond_solve(pd_ctx *ctx, const pd_flow *flow, const pdi_precon
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/steady.c ======== */
@@ -23276,6 +23356,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -23284,6 +23366,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/quasi_steady.c ======== */
@@ -23443,6 +23527,8 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
 #undef PDI_QUASI_STEADY_FEEDS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -23451,6 +23537,8 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>flow/implicit.c ======== */
@@ -24428,6 +24516,8 @@ PDI_COLD_END
 #undef PDI_UNSTEADY_HALVINGS
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -25236,6 +25326,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>chemistry/species.c ======== */
@@ -26280,6 +26372,8 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -26860,6 +26954,8 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>chemistry/electrolyte.c ======== */
@@ -27082,6 +27178,8 @@ pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const cha
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -29960,6 +30058,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/amount.c ======== */
@@ -30002,6 +30102,8 @@ double pd_transport_carried(pd_ctx *ctx, const pd_transport *t)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -30130,6 +30232,8 @@ pd_status pd_transport_explicit(pd_ctx *ctx, pd_transport *t, double dt)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/settle.c ======== */
@@ -30311,6 +30415,8 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
 #undef PDI_SETTLE_AIM
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -30319,6 +30425,8 @@ pd_status pd_transport_steady(pd_ctx *ctx, pd_transport *t, pd_transport_result 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>transport/two_stage.c ======== */
@@ -30623,6 +30731,8 @@ void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -30886,7 +30996,7 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    kd->compressed = 1;
+    kd->compressed = PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 
@@ -31570,6 +31680,8 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/rim.c ======== */
@@ -32743,6 +32855,8 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
 #undef PDI_CUT_FLAT
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -32913,6 +33027,8 @@ PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *o, pd_bond_weight
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/rigid.c ======== */
@@ -33049,6 +33165,8 @@ PDI_FN void pdi_rigid_remove(const pd_rigid *r, double *u)
 #undef PDI_RIGID_ROUNDING
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -35520,6 +35638,8 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/sequential.c ======== */
@@ -36492,6 +36612,8 @@ PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners,
 #undef PDI_CRACK_OPEN
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -38390,6 +38512,8 @@ void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/toughness.c ======== */
@@ -38609,6 +38733,8 @@ PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_e
 #undef PDI_TOUGHNESS_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -39715,6 +39841,8 @@ pd_solid pd_finite_solid(pd_finite *f)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>solid/bone.c ======== */
@@ -39744,6 +39872,8 @@ double pd_bone_stretch(double young, double poisson, pd_plane plane, double frac
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -39752,6 +39882,8 @@ double pd_bone_stretch(double young, double poisson, pd_plane plane, double frac
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/material.c ======== */
@@ -39784,6 +39916,8 @@ double pd_material_speed(const pd_material *material, double current)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -39792,6 +39926,8 @@ double pd_material_speed(const pd_material *material, double current)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/grain.c ======== */
@@ -40777,6 +40913,8 @@ PDI_FN int pdi_law_meet(pdi_law *law, double c, double near, double close, pdi_l
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -40902,6 +41040,8 @@ PDI_FN int32_t pdi_entry_around(const pd_paths *paths, uint8_t *work)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/front.c ======== */
@@ -41008,6 +41148,8 @@ PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -41538,6 +41680,8 @@ PDI_FN void pdi_interface_spare(pd_dissolve *d)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>metal/content.c ======== */
@@ -42811,6 +42955,8 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -42819,6 +42965,8 @@ void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>potential/electrode.c ======== */
@@ -43571,6 +43719,8 @@ PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -43579,6 +43729,8 @@ PDI_FN pd_status pdi_circuit_check(pd_ctx *ctx, const pd_potential *p)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>potential/balance.c ======== */
@@ -43774,6 +43926,8 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -43782,6 +43936,8 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>potential/distribution.c ======== */
@@ -44239,6 +44395,8 @@ void pd_potential_free(pd_ctx *ctx, pd_potential *p)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44247,6 +44405,8 @@ void pd_potential_free(pd_ctx *ctx, pd_potential *p)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>couple/measure.c ======== */
@@ -44379,6 +44539,8 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44387,6 +44549,8 @@ void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>couple/structure.c ======== */
@@ -44941,6 +45105,8 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 #undef PDI_STRUCTURE_SLIP
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -44949,6 +45115,8 @@ pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>couple/couple.c ======== */
@@ -45288,6 +45456,8 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #undef PDI_COUPLE_FRACTION
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -45296,6 +45466,8 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/file.c ======== */
@@ -45767,6 +45939,8 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 #undef PDI_FILE_HELD
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -46520,6 +46694,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/store.c ======== */
@@ -47175,6 +47351,8 @@ PDI_FN void pdi_folder_close(pd_folder *f)
 #undef PDI_FOLDER_TRIES
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -47603,6 +47781,8 @@ PDI_COLD_END
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/apng.c ======== */
@@ -47914,6 +48094,8 @@ PDI_FN void pdi_svg_free(pdi_svg *svg)
 #undef PDI_SVG_LARGEST
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -47922,6 +48104,8 @@ PDI_FN void pdi_svg_free(pdi_svg *svg)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/canvas.c ======== */
@@ -48329,6 +48513,8 @@ PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, 
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -48337,6 +48523,8 @@ PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, 
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/label.c ======== */
@@ -48528,6 +48716,8 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -48536,6 +48726,8 @@ PDI_FN void pdi_ticks_widen(double share, pdi_ticks *axis)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/colour.c ======== */
@@ -48678,6 +48870,8 @@ PDI_FN uint32_t pdi_colour_series(int k)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -48686,6 +48880,8 @@ PDI_FN uint32_t pdi_colour_series(int k)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/bar.c ======== */
@@ -48825,6 +49021,8 @@ PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_pi
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -48833,6 +49031,8 @@ PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_pi
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/streamline.c ======== */
@@ -49226,6 +49426,8 @@ PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
 #undef PDI_STREAMLINE_HALVES
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -49234,6 +49436,8 @@ PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/arrows.c ======== */
@@ -50578,6 +50782,8 @@ pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -50586,6 +50792,8 @@ pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/shell.c ======== */
@@ -51243,6 +51451,8 @@ PDI_FN pd_status pdi_shade_draw(pd_ctx *ctx, const pdi_shell *shell, int labels,
 #undef PDI_SHADE_LIFT
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -51251,6 +51461,8 @@ PDI_FN pd_status pdi_shade_draw(pd_ctx *ctx, const pdi_shell *shell, int labels,
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>io/relief.c ======== */
@@ -53858,6 +54070,8 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -53866,6 +54080,8 @@ PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/units.c ======== */
@@ -54386,6 +54602,8 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -54394,6 +54612,8 @@ PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/curve.c ======== */
@@ -54505,6 +54725,8 @@ PDI_FN double pdi_curve_eval(const pd_curve *c, double x)
 #undef PDI_CURVE_BEYOND
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -55295,6 +55517,8 @@ PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>scene/keys.c ======== */
@@ -55753,7 +55977,7 @@ static const pd_key pdi_keys_of_reaction[] = {
      "its decimal logarithm with mol/L"},
     {"enthalpy", "J/mol", "none: K holds as it is written",
      "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
-     "van 't Hoff's equation (theory: eq. 5b.9)"},
+     "van 't Hoff's equation (theory: eq. 5b.12)"},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
     {"backward", "of the reaction", "`forward` over K",
@@ -62680,6 +62904,8 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #undef PDI_FOOTPRINT_NODES
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -62688,6 +62914,8 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>run/model.c ======== */
@@ -63179,6 +63407,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #undef PDI_MODEL_LIMITED
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -63187,6 +63417,8 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>run/checkpoint.c ======== */
@@ -63228,6 +63460,8 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #undef PDI_CHECKPOINT_SCENE
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -63236,6 +63470,8 @@ PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("O1")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>run/observe.c ======== */
@@ -63767,6 +64003,8 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #undef PDI_SAMPLE_OFF
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -63775,6 +64013,8 @@ PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
 #ifdef PDI_COLD
 #pragma GCC push_options
 #pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
 #endif
 
 /* ======== >>run/view.c ======== */
@@ -68595,6 +68835,8 @@ pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 

@@ -374,10 +374,18 @@ static void append_file(text *out, const module *m, const char *data, const char
     }
 }
 
+/* Is it compiled to be small, where that is asked for? */
+static int small(const module *m)
+{
+    return m->level == 'g' || m->level == '1';
+}
+
 /* Guards of neighbours that the same macros leave out; their level of optimisation. */
 static void close_guards(text *out, const module *last, int sources)
 {
-    if (sources && last->level) append_line(out, "#ifdef PDI_COLD\n#pragma GCC pop_options\n#endif");
+    if (sources && last->level) append_line(out, "#ifdef PDI_COLD\n#pragma GCC pop_options");
+    if (sources && small(last)) append_line(out, "#elif defined(PDI_SMALL)\n#pragma clang attribute pop");
+    if (sources && last->level) append_line(out, "#endif");
     if (last->cuts) append_line(out, "#endif /* cut */");
 }
 
@@ -394,6 +402,9 @@ static void open_guards(text *out, const module *m, int sources)
     if (m->level == '3')
         append_line(out, "#pragma GCC optimize (\"no-gcse-after-reload\", \"no-schedule-insns2\", \"no-split-paths\")");
     else append_line(out, "#pragma GCC optimize (\"O%c\")", m->level);
+    if (small(m))
+        append_line(out, "#elif defined(PDI_SMALL)\n"
+                         "#pragma clang attribute push (__attribute__((minsize)), apply_to = function)");
     append_line(out, "#endif");
 }
 

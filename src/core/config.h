@@ -111,10 +111,19 @@
 #define PDI_COLD
 #endif
 
+/* PDI_SMALL: the same rooms are compiled to be small, where programs are sent over a network. */
+#if defined(__clang__) && defined(__wasm__)
+#define PDI_SMALL
+#pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
+#endif
+
 /* PDI_COLD_BEGIN .. PDI_COLD_END: functions off the hot paths in a module of others, such as those that build it. */
 #ifdef PDI_COLD
 #define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
 #define PDI_COLD_END _Pragma("GCC pop_options")
+#elif defined(PDI_SMALL)
+#define PDI_COLD_BEGIN _Pragma("clang attribute push (__attribute__((minsize)), apply_to = function)")
+#define PDI_COLD_END _Pragma("clang attribute pop")
 #else
 #define PDI_COLD_BEGIN
 #define PDI_COLD_END

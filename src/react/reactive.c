@@ -252,7 +252,7 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->restart = PDI_REACTIVE_BASIS;
     kd->most = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
-    kd->compressed = 1;
+    kd->compressed = PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 

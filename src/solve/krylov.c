@@ -73,7 +73,8 @@ static void pdi_krylov_lay(pd_krylov *krylov)
     krylov->stride = length;
     if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
     if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
-    int64_t columns = (krylov->built / krylov->stride - 1) / (d->flexible ? 2 : 1);
+    int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node is left */
+    int64_t columns = (vectors - 1) / (d->flexible ? 2 : 1);
     krylov->base = (int)(columns < d->most ? columns : d->most);
     krylov->grow = pdi_krylov_step(krylov);
 }
