@@ -33,7 +33,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->setup->images >> *field & 1u) && strcmp(name, pdi_setup_field_name(r->setup, (pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -68,7 +68,7 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
     item[word] = '\0';
     PDI_TRY(pdi_read_drawing_field(r, "range", item, &field));
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     if (pdi_setup_field_numbered((pd_field)field))
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                item);
@@ -135,7 +135,7 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     pd_setup_drawing *drawing = &r->setup->drawing;
     PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        const char *name = pdi_setup_field_name((pd_field)k);
+        const char *name = pdi_setup_field_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PDI_TRY(pdi_read_drawing_field(r, "log", name, &field));
@@ -160,8 +160,8 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_DRAWING_ITEM];
-    const char *behind = from, *name = pdi_setup_field_name((pd_field)field);
-    pdi_setup_field_unit((pd_field)field, unit);
+    const char *behind = from, *name = pdi_setup_field_name(r->setup, (pd_field)field);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     while (behind += strspn(behind, " \t"), pdi_read_drawing_digit(behind)) behind += strcspn(behind, " \t");
     for (const char *at = from; at < behind; at += strspn(at, " \t")) {
         size_t length = strcspn(at, " \t");
@@ -180,7 +180,7 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 /* Lines can be drawn over the picture of the field. */
 static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
 {
-    const char *name = pdi_setup_field_name((pd_field)field);
+    const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
     if (!pdi_setup_field_metal((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s', which 'deformed' draws where the metal has "
                            "moved to, expected a field of the fluid", name);
@@ -211,7 +211,7 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
     for (size_t k = 0; k < digits && count <= PD_SETUP_CONTOURS; k++) count = 10 * count + (from[k] - '0');
     drawing->contours[field] = count;
     if (!from[digits] && count >= 1 && count <= PD_SETUP_CONTOURS) return PD_OK;
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
 }
