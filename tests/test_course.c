@@ -16,7 +16,8 @@
 /* HBSS as of cases/validate/chemistry.h, whose table was computed without this program */
 #define HBSS \
     "[chemistry] activity = ideal  pH = 7.4  counter = Cl-  balance = Na+\n" IONS \
-    "[species Na+] initial = 145.73 mM\n[species Cl-] initial = 140 mM\n[species HCO3-] D = 1e-9 m2/s  initial = 4.17 mM\n" \
+    "[species Na+] initial = 145.73 mM\n[species Cl-] initial = 140 mM\n" \
+    "[species HCO3-] D = 1e-9 m2/s  initial = 4.17 mM\n" \
     "[species HPO4-2] D = 1e-9 m2/s  initial = 0.78 mM\n[species H2PO4-] D = 1e-9 m2/s\n" \
     "[species PO4-3] D = 1e-9 m2/s\n[species CO3-2] D = 1e-9 m2/s  initial = 4.17 mM * 10^(7.4 - 10.329)\n" \
     "[species CO2] D = 2e-9 m2/s  initial = 4.17 mM * 10^(6.352 - 7.4)\n[species Mg2+] D = 0.7e-9 m2/s\n" \
@@ -125,7 +126,8 @@ TEST(amounts)
     double lost = l->solid_start - l->solid;
     pd_reactive_balance mg = balances("Mg");
     CHECK(lost > 0.05 * l->solid_start);
-    double taken = test_model.course.taken, back = taken - mg.in; /* by diffusion against the stream, through the inlet */
+    /* back: by diffusion against the stream, through the inlet */
+    double taken = test_model.course.taken, back = taken - mg.in;
     CHECK(back >= 0.0 && back <= 1e-9 * taken);
     CHECK_NEAR((taken - lost) / l->solid_start, 0.0, 1e-12);
     CHECK_NEAR((mg.dissolved + mg.out + mg.carry + back - lost) / l->solid_start, 0.0, 1e-12);
@@ -208,7 +210,8 @@ TEST(steady)
 {
 #define STREAM \
     BOX("10 um", "300 um") ACROSS "[side x-] flow = inlet  profile = uniform  mean = 0.1 mm/s\n" \
-    "[side x+] flow = outlet\n" GIVEN("0.1 mm/s") IONS "[species Na+] inlet = 1 mM\n[species OH-] inlet = 1 mM\n[species H+] inlet = 0\n"
+    "[side x+] flow = outlet\n" GIVEN("0.1 mm/s") IONS \
+    "[species Na+] inlet = 1 mM\n[species OH-] inlet = 1 mM\n[species H+] inlet = 0\n"
     double kept[64];
     int count = 0;
     if (!open_model(STREAM "[chemistry] activity = ideal  time = steady\n")) return;
