@@ -453,7 +453,7 @@ static const pd_key pdi_keys_of_reaction[] = {
      "its decimal logarithm with mol/L"},
     {"enthalpy", "J/mol", "none: K holds as it is written",
      "of the equation as it is written; the constant is that of 25 C then, and follows the temperature by "
-     "van 't Hoff's equation (theory: eq. 5b.9)"},
+     "van 't Hoff's equation (theory: eq. 5b.12)"},
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
     {"backward", "of the reaction", "`forward` over K",
