@@ -108,6 +108,7 @@
  *   react/
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
+ *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
  *   solid/
  *     rim        the part of a cell of a lattice that lies within a ball.
  *     body       material points of a solid and their families.
@@ -215,6 +216,7 @@
  *     read_cuts  the [cut NAME] sections of a scene: cracks that metal under load has from the start.
  *     read_shapes the [shape NAME] sections of a scene: primitives, voxel masks, set operations, materials and grains.
  *     read_metal reads the sections [dissolve] and [corrode] of a scene: how metal goes.
+ *     read_chemistry what a scene says of species that a run carries: the electrolyte, how it moves in time, and the
  *     read_gas   the section [gas] of a scene, and what sides mean for a gas.
  *     read_flat  the `key = value` parameter file of the Mg-pin project (SI numbers without units) as a setup.
  *     read_monitors reads from a scene what a run shall watch: probes, lines, planes, forces, mass transfer, totals.
@@ -2484,6 +2486,8 @@ typedef struct pd_process {
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
     /* Add the present amounts of element k of this process. */
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
+    /* Worst relative imbalance [-] of what the process keeps a balance of by itself. */
+    double (*imbalance)(pd_ctx *ctx, void *self);
 } pd_process;
 
 #define pd_process_run PD_NAME(pd_process_run)
@@ -3606,6 +3610,8 @@ PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, co
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
 /* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
+/* Take out solids and gases, and the reactions that name them; places of species change. */
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e);
 /* Sum of an element [mol/m3]. */
 PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
 #endif
@@ -4397,6 +4403,11 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
+/* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
+PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
+/* `slots` of its components. */
+PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
+PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
 /* The concentrations of a node. */
@@ -4423,7 +4434,8 @@ typedef struct pd_reactive_result {
     int newton, krylov;
     int parts;       /* shorter steps that led to the solution; 0: it was found at once */
     double residual; /* [-] over the tolerance */
-    double error;    /* [-] of a step of order 2 in the totals, over the largest of each; 0: of order 1 */
+    double error;    /* [-] of two stages in the totals, over the largest of each, also where they have left bounds; 0:
+                      * they were not taken, or not solved */
     int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds */
 } pd_reactive_result;
 
@@ -4432,6 +4444,59 @@ typedef struct pd_reactive_result {
 /* One step of dt [s], of any length: by backward Euler, or the two stages of two_stage.h. Beyond all time scales it
  * gives the steady state. PD_RETRY: no solution was found, and nothing has changed; a shorter step may do. */
 PD_API pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *reactive, double dt, pd_reactive_result *result);
+
+#endif
+
+/* ======== >>react/course.h ======== */
+/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
+ *
+ * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
+ * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes.
+ */
+#ifndef PD_COURSE_H
+#define PD_COURSE_H
+
+typedef struct pd_course_desc {
+    double rtol;    /* [-] error of a step in the totals, over the largest of each component; 0: 1e-3 */
+    double largest; /* [s] largest step; 0: none */
+    int settle;     /* 1: the fields start steady */
+    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
+                     * none dissolves. Borrowed: it is emptied here */
+    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+} pd_course_desc;
+
+typedef struct pd_course {
+    pd_course_desc desc;    /* defaults filled in; shed is not kept */
+    pd_reactive *reactive;
+    double shed[PD_SPECIES_MOST];  /* [-] of solutes */
+    double *start;          /* [solutes][total] [mol/m3] at the start of the step */
+    double *carry;          /* [components][total] [mol/m3] the same */
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
+    double time;            /* [s] */
+    double dt;              /* [s] that is tried next; 0: not known yet */
+    double error;           /* [-] estimated error of the last step */
+    double left;            /* [s] of the step of the run */
+    double taken;           /* [mol] of metal that is in the species */
+    int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int64_t steps, rejected, krylov, newton;
+    int64_t euler;          /* steps taken by backward Euler */
+} pd_course;
+
+#define pd_course_build PD_NAME(pd_course_build)
+#define pd_course_process PD_NAME(pd_course_process)
+#define pd_course_free PD_NAME(pd_course_free)
+
+/* reactive is borrowed, and of order 2 (steady fields: of order 1). PD_ERR_ARGUMENT: a knob is negative or not
+ * finite. */
+PD_API pd_status pd_course_build(pd_ctx *ctx, pd_reactive *reactive, const pd_course_desc *desc, pd_course *course);
+/* The species as a process. PD_ERR_STATE: the error does not fall with the step. PD_ERR_DIVERGED: no steady fields. */
+PD_API pd_process pd_course_process(pd_course *course);
+PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
+
+#ifdef PDI_INTERNAL
+/* Arrays of a pd_course. */
+PDI_FN void pdi_course_list(pdi_owner *owner, void *object);
+#endif
 
 #endif
 #endif /* cut */
@@ -6498,6 +6563,7 @@ typedef struct pd_dissolve_desc {
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
+    int sheds;            /* 1: `shed` of pd_dissolve is kept */
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
@@ -6565,6 +6631,8 @@ typedef struct pd_dissolve {
     double *moved;            /* [total] [mol/m3] change of fluid nodes in the last step; NULL: surface, activation */
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
+    double *shed;             /* [total] [mol/m3] what fluid nodes have got from metal since it was emptied by its user;
+                               * NULL: nobody asks */
     double rinsed;            /* [mol] activation: what is gone in the last step */
     /* ---- a run: */
     pd_transport_result result; /* of the last step */
@@ -7464,6 +7532,7 @@ typedef struct pd_couple {
     pd_element element[PD_COUPLE_ELEMENTS];
     pd_ledger ledger[PD_COUPLE_ELEMENTS];
     int elements;
+    double apart;        /* [-] worst relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
     int started;
@@ -7500,7 +7569,7 @@ PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, dou
                                void *user);
 /* Share [-] of the initial solid amount that is gone, all elements taken together. */
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
-/* Worst relative imbalance [-] of all ledgers. */
+/* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
 PD_API double pd_couple_imbalance(const pd_couple *couple);
 /* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
  * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
@@ -8915,7 +8984,7 @@ PDI_FN int pdi_expr_taken(const char *name);
 typedef struct pd_key {
     const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
     const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's;
-                           * "text": the first key of a section, whose value stands without it */
+                           * "text": a value with = in it; the first key of a section stands without it */
     const char *fallback; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
     const char *meaning;
 } pd_key;
@@ -9224,8 +9293,12 @@ typedef enum pd_field {
     PD_FIELD_XY,
     PD_FIELD_YZ,
     PD_FIELD_ZX,
-    PD_FIELD_COUNT
+    PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
+    PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
+
+typedef uint64_t pd_fields; /* bit k: pd_field k */
 
 /* Parts of a model, in the order of the summary. */
 typedef enum pd_part {
@@ -9236,6 +9309,7 @@ typedef enum pd_part {
     PD_PART_DISSOLVE,
     PD_PART_GRAIN,
     PD_PART_SOLID,
+    PD_PART_CHEMISTRY,
     PD_PART_COUNT
 } pd_part;
 
@@ -9282,7 +9356,7 @@ typedef enum pd_motion {
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
-    unsigned fields;   /* bit k: pd_field k */
+    pd_fields fields;
     int line;          /* of the file */
 } pd_setup_probe;
 
@@ -9316,7 +9390,7 @@ typedef struct pd_setup_monitor {
     char name[PD_SETUP_NAME];
     int line;                      /* of the file */
     double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
-    unsigned fields, images;       /* line. bit k: pd_field k */
+    pd_fields fields, images;      /* line */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
     int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
@@ -9409,7 +9483,7 @@ typedef struct pd_setup_body {
 typedef struct pd_setup_drawing {
     double range[PD_FIELD_COUNT][2]; /* [unit of the field] of the colours; equal: that of all frames */
     int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: that of the field */
-    unsigned log;                    /* bit k: pd_field k by its logarithm */
+    pd_fields log;                   /* by their logarithm */
     double percentile;               /* [-] share of the values of a frame that count for its range; 0: all */
     int width;                       /* [pixel] of the field; 0: as of pd_picture */
     int smooth;                      /* 1: linear between the middles of cells */
@@ -9506,6 +9580,11 @@ typedef struct pd_setup {
     /* species and reactions */
     int has_chemistry;
     pd_electrolyte electrolyte;
+    char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
+    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
+    double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
+    char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
+    double gas_shed;                 /* [-] of it */
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -9517,7 +9596,7 @@ typedef struct pd_setup {
     double max_step;        /* [s] 0: none */
     /* output */
     double every;           /* [s] */
-    unsigned fields, images; /* bit k: pd_field k */
+    pd_fields fields, images;
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
@@ -9558,12 +9637,22 @@ PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key
                                    uint32_t uses);
 
 #ifdef PDI_INTERNAL
-/* Name of a field in files: "C", "v", ... */
-PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Name of a field in files: "C", "v", "Mg2+", ...; "": the setup has no such species. */
+PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field);
 /* "C [mol/m3]" */
-PDI_FN const char *pdi_setup_field_label(pd_field field);
+PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
 /* unit[PD_UNITS_TEXT]: "mol/m3"; "": it is a plain number. */
-PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
+PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
+/* The field of this name; PD_FIELD_COUNT: there is none. */
+PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
+/* Species of the electrolyte whose concentration it is; -1: it is none. */
+PDI_FN int pdi_setup_field_species(int field);
+/* 1: displacements, stresses and the like. */
+PDI_FN int pdi_setup_field_body(pd_field field);
+/* 1: a stress along axes. */
+PDI_FN int pdi_setup_field_stress(pd_field field);
+/* Its bit. */
+static inline pd_fields pdi_setup_field_bit(int field) { return (pd_fields)1 << field; }
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* 1: the metal has the field. */
@@ -9846,6 +9935,21 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s);
 
 #endif
 
+/* ======== >>scene/read_chemistry.h ======== */
+/* read_chemistry: what a scene says of species that a run carries: the electrolyte, how it moves in time, and the
+ * reaction by which metal enters it. */
+#ifndef PD_READ_CHEMISTRY_H
+#define PD_READ_CHEMISTRY_H
+
+#ifdef PDI_INTERNAL
+/* The sections of chemistry into the setup, solids left out. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
+PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
+/* What needs the rest of the setup: the reaction at the surface of metal, and what runs carry no species with. */
+PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
+#endif
+
+#endif
+
 /* ======== >>scene/read_gas.h ======== */
 /* read_gas: the section [gas] of a scene, and what sides mean for a gas. */
 #ifndef PD_READ_GAS_H
@@ -9900,7 +10004,7 @@ PDI_FN pd_status pdi_read_flat_read(pd_ctx *ctx, pd_text *text, const char *cons
 PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
 /* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                          const char *key, const char *fallback, unsigned *bits);
+                                          const char *key, const char *fallback, pd_fields *bits);
 /* "x 1 mm": an axis and a place [m] inside the box. */
 PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                          const char *key, int *axis, double *at);
@@ -10167,6 +10271,8 @@ typedef struct pd_model {
     pd_gas gas;
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
+    pd_reactive reactive;     /* species */
+    pd_course course;
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
@@ -10181,6 +10287,8 @@ typedef struct pd_model {
 } pd_model;
 
 #ifdef PDI_INTERNAL
+#define PDI_MODEL_GAS 8.314462618      /* [J/mol/K] */
+#define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
 /* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
  * negative or not finite. */
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
@@ -10265,14 +10373,14 @@ PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *a
 /* Value of a scalar field at a node, of v its length; 0 where the field has none. The metal left in a node is in
  * `density`, C is what the fluid has dissolved. */
 PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t node);
-/* Fill the ghosts of the concentration, and of `fields` (bit k: pd_field k) what is known on demand alone; before
+/* Fill the ghosts of the concentration, and of `fields` what is known on demand alone; before
  * pdi_sample_point, and pdi_sample_node of such a field, are called for an instant. */
-PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields);
-/* Value at the place x [m] of the box: C and v (its component) of the quadratic that fits nodes and surfaces around x
- * best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean over the
- * fluid cells that x touches. A place on or before a smooth surface in a closed cell is taken from the nearest fluid
- * nodes, one behind the surface in a fluid cell from the surface; NaN where there is no fluid. Other fields: of the
- * cell. */
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields);
+/* Value at the place x [m] of the box: C, species and v (its component) of the quadratic that fits nodes and surfaces
+ * around x best, p along its gradient (theory: 3.6; with bond-based corrosion linear between fluid nodes), as the mean
+ * over the fluid cells that x touches; pH linear between fluid nodes. A place on or before a smooth surface in a closed
+ * cell is taken from the nearest fluid nodes, one behind the surface in a fluid cell from the surface; NaN where there
+ * is no fluid. Other fields: of the cell. */
 PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x);
 /* What a probe shows: the same, and 0 in the metal where only fluid has a value. */
 PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x);
@@ -10372,7 +10480,7 @@ typedef struct pd_images {
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;         /* bit k: that of picture k stands in the list of the folder */
+    pd_fields latest;        /* those of which a picture stands in the list of the folder */
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */
@@ -10729,6 +10837,9 @@ typedef struct pd_run_result {
     int has_front;
     double front;         /* [m] see pd_observables */
     int has_flux;
+    int sheds;            /* 1: a gas comes off metal: */
+    double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
+    double gas_volume;    /* [m3] the same, of it at the temperature and 1 atm */
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
@@ -27043,6 +27154,40 @@ static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_s
     }
 }
 
+/* Take out species k; reactions do not name it. */
+static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
+{
+    e->count--;
+    for (int i = k; i < e->count; i++) {
+        e->species[i] = e->species[i + 1];
+        e->recipe[i] = e->recipe[i + 1];
+        e->initial[i] = e->initial[i + 1];
+        e->inlet[i] = e->inlet[i + 1];
+        for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[i] = e->reaction[r].nu[i + 1];
+    }
+    for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[e->count] = 0.0;
+    if (e->balance > k) e->balance--;
+    if (e->counter > k) e->counter--;
+}
+
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e)
+{
+    int kept = 0;
+    for (int r = 0; r < e->reactions; r++) {
+        int names = 0;
+        for (int k = 0; k < e->count; k++)
+            names |= fabs(e->reaction[r].nu[k]) > 0.0 && e->species[k].phase != PD_PHASE_SOLUTE &&
+                     e->species[k].phase != PD_PHASE_SOLVENT;
+        if (names) continue;
+        e->reaction[kept] = e->reaction[r];
+        e->enthalpy[kept++] = e->enthalpy[r];
+    }
+    e->reactions = kept;
+    for (int k = e->count - 1; k >= 0; k--)
+        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT)
+            pdi_electrolyte_remove(e, k);
+}
+
 pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
 {
     pd_speciation system;
@@ -31000,6 +31145,13 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->zero_guess = 1;
 }
 
+PDI_FN void pdi_reactive_slots(pd_reactive *r)
+{
+    r->slots = r->components.live * pdi_components_columns(&r->components) +
+               r->components.kinetics * r->components.count;
+    if (!r->slots) r->slots = 1;
+}
+
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
 {
     pd_reactive *reactive = (pd_reactive *)object;
@@ -31026,16 +31178,15 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     }
 }
 
-static size_t pdi_reactive_room(pd_reactive *r)
+PDI_FN size_t pdi_reactive_room(pd_reactive *r)
 {
     size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
     return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
 }
 
-static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *linear)
 {
     pd_multigrid_desc md;
-    pd_krylov_desc kd;
     pdi_compact_multigrid(r->grid, &md);
     md.symmetric = r->flow == NULL;
     md.arena = pdi_reactive_arena(r);
@@ -31048,8 +31199,14 @@ static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
         r->filter[n].inverse.spread = 1.0;
         PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
     }
-    pdi_reactive_krylov(r, &kd);
-    PDI_TRY(pdi_krylov_plan(ctx, &kd, &r->krylov));
+    pdi_reactive_krylov(r, linear);
+    return pdi_krylov_plan(ctx, linear, &r->krylov);
+}
+
+static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+{
+    pd_krylov_desc kd;
+    PDI_TRY(pdi_reactive_plan(ctx, r, &kd));
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &r->krylov));
     return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
@@ -31073,9 +31230,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->bonds = bonds;
     r->flow = flow;
     r->proton = -1;
-    r->slots = r->components.live * pdi_components_columns(&r->components) +
-               r->components.kinetics * r->components.count;
-    if (!r->slots) r->slots = 1;
+    pdi_reactive_slots(r);
     PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
     pdi_reactive_rows(desc->species, desc->count, r);
     pdi_reactive_pick(r, desc->wall, r->wall);
@@ -31617,13 +31772,13 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     pdi_reactive_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
+    if (status == PD_OK) result->error = pdi_advance_error(r);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    result->error = pdi_advance_error(r);
     pdi_advance_owe(r, stage, dt - stage);
     pdi_reactive_pass(r, stage);
     return PD_OK;
@@ -31672,6 +31827,271 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
+#endif
+#endif /* cut */
+
+#if !defined(PDCORR_NO_CHEMISTRY) && !defined(PDCORR_NO_PHYSICS)
+
+#ifdef PDI_COLD
+#pragma GCC push_options
+#pragma GCC optimize ("Og")
+#elif defined(PDI_SMALL)
+#pragma clang attribute push (__attribute__((minsize)), apply_to = function)
+#endif
+
+/* ======== >>react/course.c ======== */
+/* course: see course.h */
+#include <math.h>
+#include <string.h>
+
+/* A step is at most this many times the one before, and one that is repeated at least this share of it. */
+#define PDI_COURSE_GROWTH 4.0
+#define PDI_COURSE_SHRINK 0.1
+/* So often a step without an estimate is made shorter before it stands. */
+#define PDI_COURSE_TRIALS 6
+/* Times of diffusion through the box after which fields are steady. */
+#define PDI_COURSE_LATE 1e6
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
+{
+    pd_course *course = (pd_course *)object;
+    const pd_reactive *r = course->reactive;
+    int64_t total = r ? r->grid->total : 0;
+    if (!r || course->desc.settle) return;
+    PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
+    PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
+    PDI_VALUE(owner, course, time, "s");
+    PDI_VALUE(owner, course, dt, "s");
+    PDI_VALUE(owner, course, error, "1");
+    PDI_VALUE(owner, course, taken, "mol");
+    PDI_VALUE(owner, course, bent, "1");
+    PDI_VALUE(owner, course, steps, "1");
+    PDI_VALUE(owner, course, rejected, "1");
+    PDI_VALUE(owner, course, krylov, "1");
+    PDI_VALUE(owner, course, newton, "1");
+    PDI_VALUE(owner, course, euler, "1");
+}
+
+static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
+{
+    memset(a, 0, sizeof *a);
+    if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
+                        "at least 0", desc->rtol, desc->largest);
+    a->desc = *desc;
+    if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
+    a->desc.shed = NULL;
+    a->reactive = r;
+    for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
+        if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+    return pdi_owner_build(ctx, pdi_course_list, a);
+}
+
+pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
+{
+    pd_status status = pdi_course_make(ctx, r, desc, a);
+    if (status < 0) pd_course_free(ctx, a);
+    return status;
+}
+
+/* ---- metal ---- */
+
+/* Sources [mol/m3/s] that empty `fed` in what is left of the step of the run. */
+static void pdi_course_feed(pd_course *a)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
+        double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
+        for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
+    }
+}
+
+/* What a step of dt [s] has taken of it. */
+static void pdi_course_taken(pd_course *a, double dt, int last)
+{
+    const pd_reactive *r = a->reactive;
+    pdi_sum sum = {0.0, 0.0};
+    double share = last ? 1.0 : dt / a->left;
+    for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
+        a->desc.fed[i] = last ? 0.0 : a->desc.fed[i] * (1.0 - share);
+    }
+    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+/* ---- the steps of a process ---- */
+
+static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
+    pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
+    memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
+    memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
+}
+
+static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    a->left = s->limit - s->time;
+    if (!(a->dt > 0.0)) a->dt = a->left;
+    a->time = s->time;
+    pdi_course_keep(ctx, a, 0);
+    pdi_course_feed(a);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
+    return PD_OK;
+}
+
+/* The flow is that of the middle of the step. */
+static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive_result result;
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
+    a->krylov += result.krylov;
+    a->newton += result.newton;
+    a->error = result.error;
+    s->error = result.error / a->desc.rtol;
+    if (status == PD_RETRY) s->error = HUGE_VAL;
+    if (status != PD_OK) return status;
+    a->euler += result.euler;
+    if (a->bent) return PD_OK;
+    if (result.euler && !(result.error > 0.0)) {
+        if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
+        s->error = HUGE_VAL;
+    }
+    return s->error <= 1.0 ? PD_OK : PD_RETRY;
+}
+
+static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    (void)ctx;
+    pdi_course_taken(a, s->dt, !(s->end < s->limit));
+    a->time = s->end;
+    if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
+    a->bent = 0;
+    a->steps++;
+    return PD_OK;
+}
+
+static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    pdi_course_keep(ctx, a, 1);
+    a->rejected++;
+    a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+                                         : PDI_COURSE_SHRINK);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
+}
+
+static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_course *a = (const pd_course *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
+                    "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
+}
+
+/* Steady fields: one step beyond all time scales. The balance begins with them. */
+static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
+{
+    pd_reactive *r = a->reactive;
+    pd_reactive_result result;
+    double square = 0.0, d = r->diffusion.desc.diffusivity;
+    for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
+    a->krylov += result.krylov;
+    a->newton += result.newton;
+    if (status == PD_OK) return pd_reactive_begin(ctx, r);
+    if (status < 0) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
+                    "expected time = implicit, which follows them to there", result.newton);
+}
+
+static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
+{
+    pd_course *a = (pd_course *)self;
+    a->time = t;
+    return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
+}
+
+/* Nodes that were metal begin as water. */
+static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive *r = a->reactive;
+    double c[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
+    memset(none, 0, sizeof none);
+    memset(c, 0, sizeof c);
+    PDI_TRY(pd_reactive_update(ctx, r));
+    pdi_components_solve(&r->components, none, c);
+    for (int32_t k = 0; k < count; k++) pdi_reactive_put(r, c, turned[k], r->c);
+    a->bent = 1;
+    return PD_OK;
+}
+
+static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive *r = a->reactive;
+    PDI_TRY(pdi_owner_store(ctx, pdi_reactive_list, r, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
+    return pdi_owner_store(ctx, pdi_course_list, a, archive);
+}
+
+static double pdi_course_imbalance(pd_ctx *ctx, void *self)
+{
+    const pd_course *a = (const pd_course *)self;
+    pd_reactive_balance b;
+    double worst = 0.0;
+    for (int row = 0; row < a->reactive->rows; row++) {
+        pd_reactive_balance_of(ctx, a->reactive, row, &b);
+        worst = fmax(worst, b.relative);
+    }
+    return worst;
+}
+
+pd_process pd_course_process(pd_course *a)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "species in time";
+    p.self = a;
+    p.start = pdi_course_start;
+    p.changed = pdi_course_changed;
+    p.store = pdi_course_store;
+    p.imbalance = pdi_course_imbalance;
+    if (a->desc.settle) return p;
+    p.time = &a->time;
+    p.steps = &a->steps;
+    p.limit = pdi_course_limit;
+    p.attempt = pdi_course_attempt;
+    p.accept = pdi_course_accept;
+    p.reject = pdi_course_reject;
+    p.stuck = pdi_course_stuck;
+    return p;
+}
+
+void pd_course_free(pd_ctx *ctx, pd_course *a)
+{
+    pdi_owner_free(ctx, pdi_course_list, a);
+    memset(a, 0, sizeof *a);
+}
+PDI_COLD_END
+#ifdef PDI_COLD
+#pragma GCC pop_options
+#elif defined(PDI_SMALL)
+#pragma clang attribute pop
 #endif
 #endif /* cut */
 
@@ -41941,6 +42361,7 @@ static pd_status pdi_content_hand_over(pd_ctx *ctx, pd_dissolve *d, int32_t j, d
             if (path < 0 || !(share > 0.0)) continue;
             int32_t i = pdi_entry_far(&d->paths, j, path);
             target[i] += rest * share * pdi_metal_over(d, j, i);
+            if (receiver == PDI_CONTENT_FLUID && d->shed) d->shed[i] += rest * share * pdi_metal_over(d, j, i);
         }
         return PD_OK;
     }
@@ -42278,6 +42699,7 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, slot, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
+    if (desc->sheds) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -42878,7 +43300,13 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = (pd_dissolve *)self;
     d->out += s->dt * d->transport->outflow;
     d->in += s->dt * d->transport->inflow;
+    for (int32_t k = 0; k < d->beside_count && d->shed; k++) {
+        int32_t i = d->beside[k].node; /* lines have no slope any more */
+        d->shed[i] += s->dt * d->transport->source[i];
+    }
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    for (int32_t k = 0; k < d->changed_count && d->shed; k++)
+        d->shed[d->changed[k]] += d->transport->c[d->changed[k]];
     d->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;
@@ -45194,6 +45622,20 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
     }
 }
 
+/* What processes keep a balance of by themselves. */
+static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
+{
+    c->apart = 0.0;
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        if (p->imbalance) c->apart = fmax(c->apart, p->imbalance(ctx, p->self));
+        if (c->apart <= c->desc.ledger_tolerance) continue;
+        return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
+                        "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pdi_couple_sum(ctx, c);
@@ -45210,7 +45652,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
                             "%.9g %s by %.3g", c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit,
                             c->element[e].name, l->start, c->element[e].unit, l->imbalance);
     }
-    return PD_OK;
+    return pdi_couple_apart(ctx, c);
 }
 
 /* ---- steps ---- */
@@ -45381,7 +45823,7 @@ double pd_couple_volume_loss(const pd_couple *c)
 
 double pd_couple_imbalance(const pd_couple *c)
 {
-    double worst = 0.0;
+    double worst = c->apart;
     for (int e = 0; e < c->elements; e++) worst = fmax(worst, c->ledger[e].relative);
     return worst;
 }
@@ -45450,6 +45892,7 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "started", &c->started, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "steps", &c->steps, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsolved", &c->unsolved, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "imbalance apart", &c->apart, 1));
     return PDI_KEEP(ctx, archive, "ledger", c->ledger, c->elements);
 }
 
@@ -55699,6 +56142,9 @@ static const pd_key pdi_keys_of_dissolve[] = {
      "electrons that an atom gives off, for currents in the summary"},
     {"gb_factor", "-", "1",
      "factor on the speed in a grain boundary; needs `grains`"},
+    {"reaction", "text", "none",
+     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
+     "balanced in elements and charge, the metal by its symbol"},
     {"threshold", "-", "0",
      "share of the content that stays in a node when it turns fluid, up to 0.99"},
     {"m", "-", "3, or that of the fluid when it is longer",
@@ -55711,6 +56157,9 @@ static const pd_key pdi_keys_of_corrode[] = {
      "the same as a current density: speed = `i/(z F Cs)`"},
     {"rate_scale", "-", "1",
      "factor of `rate` or `current`"},
+    {"reaction", "text", "none",
+     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
+     "balanced in elements and charge, the metal by its symbol"},
     {"Csat", "mol/m3", "required",
      "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
      "(salt layer)"},
@@ -55817,10 +56266,10 @@ static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
      "time between frames"},
     {"fields", "-",
-     "C, v, p, kind, grain as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
+     "C, v, p, kind, grain, pH as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
      "kind, grain, u, mises, sigma_h, eps_p, broken",
      "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, or `none`"},
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `pH`, a species such as `Mg2+`, or `none`"},
     {"images", "-", "none",
      "fields that are drawn, from the same list"},
     {"range", "of the field", "of all frames",
@@ -55864,7 +56313,7 @@ static const pd_key pdi_keys_of_output[] = {
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
      "place, a coordinate an axis"},
-    {"fields", "-", "C; without transport v",
+    {"fields", "-", "C; without transport pH or v",
      "some of those of `[output]`"}};
 
 static const pd_key pdi_keys_of_line[] = {
@@ -55874,7 +56323,7 @@ static const pd_key pdi_keys_of_line[] = {
      "number of points, with the ends"},
     {"spacing", "m", "-",
      "largest distance between points"},
-    {"fields", "-", "C, v, p as far as they exist",
+    {"fields", "-", "C, v, p, pH as far as they exist",
      "some of those of `[output]`"},
     {"images", "-", "all",
      "those of the fields that are drawn, or `none`"}};
@@ -55951,6 +56400,8 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "ion that comes or goes with the acid or base of `pH`"},
     {"balance", "-", "none: charges have to sum to 0",
      "ion that makes up for the sum of charges of what is written"},
+    {"time", "-", "implicit",
+     "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
     {"minerals", "-", "given",
      "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
 
@@ -56664,27 +57115,35 @@ static const char *pdi_text_free_key(const pd_text *text, int section)
     return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
 }
 
-/* Length of the key at t; in a section with a free text those of its table alone count. */
-static size_t pdi_text_begins(const pd_text *text, int section, const char *t, size_t *value)
+/* The key of `size` bytes at t in the table of its section; NULL: there is none. */
+static const pd_key *pdi_text_listed(const pd_text *text, int section, const char *t, size_t size)
 {
+    const pd_key_section *table = pdi_keys_section(text->section[section].name);
     char key[PD_TEXT_WORD];
-    size_t size = pdi_text_pair(t, value);
-    if (size == 0 || size >= sizeof key || !pdi_text_free_key(text, section)) return size;
+    if (!table || size >= sizeof key) return NULL;
     memcpy(key, t, size);
     key[size] = '\0';
-    return pdi_keys_find(pdi_keys_section(text->section[section].name), key) ? size : 0;
+    return pdi_keys_find(table, key);
+}
+
+/* Length of the key at t; in a section with a free text, and `within` one, those of its table alone count. */
+static size_t pdi_text_begins(const pd_text *text, int section, const char *t, int within, size_t *value)
+{
+    size_t size = pdi_text_pair(t, value);
+    if (size == 0 || size >= PD_TEXT_WORD || !(within || pdi_text_free_key(text, section))) return size;
+    return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
-static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, size_t at,
-                                    size_t *end)
+static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
+                                    size_t at, size_t *end)
 {
     size_t start = at, open = 0, unused;
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
         int apart = depth == 0 && (pdi_units_blank(before) || before == ',');
-        if (apart && pdi_text_begins(text, section, t + at, &unused) > 0) break;
+        if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
         if (t[at] == '[' || t[at] == ']')
@@ -56703,12 +57162,14 @@ static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, in
     if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
     at = pdi_text_skip(t, at);
     while (t[at] != '\0') {
-        size_t key = at, size = pdi_text_begins(text, *section, t + at, &value);
+        size_t key = at, size = pdi_text_begins(text, *section, t + at, 0, &value);
         const char *name = size ? t + key : pdi_text_free_key(text, *section);
         if (!name)
             return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
         value = size ? pdi_text_skip(t, at + value) : at;
-        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, value, &at));
+        const pd_key *listed = size ? pdi_text_listed(text, *section, t + key, size) : NULL;
+        int within = listed && strcmp(listed->unit, "text") == 0;
+        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, within, value, &at));
         for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';
@@ -57487,7 +57948,8 @@ PDI_FN pd_status pdi_named_files_fail(pd_ctx *ctx, const pd_text *text, int sect
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
-                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
+                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
+                                               "pH"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -57662,20 +58124,45 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
-PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
+PDI_FN int pdi_setup_field_species(int field)
+{
+    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? field - PD_FIELD_SPECIES : -1;
+}
+
+PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
+
+PDI_FN int pdi_setup_field_stress(pd_field field) { return field >= PD_FIELD_XX && field <= PD_FIELD_ZX; }
+
+PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
+{
+    int species = pdi_setup_field_species(field);
+    return species < 0 ? pdi_setup_fields[field] : setup->electrolyte.species[species].name;
+}
+
+PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name)
+{
+    int field = 0;
+    while (field < PD_FIELD_COUNT && (!name[0] || strcmp(pdi_setup_field_name(setup, (pd_field)field), name) != 0))
+        field++;
+    return field;
+}
 
 static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]"};
+                                               "sigma_zx [Pa]", "pH"};
 
-PDI_FN const char *pdi_setup_field_label(pd_field field) { return pdi_setup_labels[field]; }
-
-PDI_FN void pdi_setup_field_unit(pd_field field, char *unit)
+PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
-    const char *from = strchr(pdi_setup_labels[field], '[');
+    int species = pdi_setup_field_species(field);
+    return species < 0 ? pdi_setup_labels[field] : setup->species_label[species];
+}
+
+PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit)
+{
+    const char *from = strchr(pdi_setup_field_label(setup, field), '[');
     snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
 }
 
@@ -57687,7 +58174,7 @@ PDI_FN int pdi_setup_field_numbered(pd_field field)
 PDI_FN int pdi_setup_field_metal(pd_field field)
 {
     return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+           field == PD_FIELD_DAMAGE || pdi_setup_field_body(field);
 }
 
 static int pdi_setup_stressed(const pd_setup *setup)
@@ -57695,8 +58182,19 @@ static int pdi_setup_stressed(const pd_setup *setup)
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
 }
 
+/* The same of pH and of species. */
+static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
+{
+    const pd_electrolyte *e = &setup->electrolyte;
+    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
+    if (!setup->has_chemistry) return "a [chemistry] section";
+    if (species >= 0 && species < e->count && e->species[species].phase == PD_PHASE_SOLUTE) return NULL;
+    return field == PD_FIELD_PH ? "the species H+" : "a solute";
+}
+
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 {
+    if (field >= PD_FIELD_PH) return pdi_setup_dissolved_needs(setup, field);
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
@@ -57730,6 +58228,8 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
         return "a [flow], [gas], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
+    case PD_FIELD_PH:
+    case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
     return NULL;
@@ -58235,8 +58735,10 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
 {
     static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
     pd_electrolyte *e = s->e;
+    const char *files; /* they are in the text */
     int activity, at = s->chemistry;
-    pdi_text_has(s->ctx, s->text, at, "include");
+    if (pdi_text_has(s->ctx, s->text, at, "include"))
+        PDI_TRY(pdi_text_string(s->ctx, s->text, at, "include", NULL, &files));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
     PDI_TRY(pdi_text_number(s->ctx, s->text, at, "temperature", "K", "298.15 K", &e->temperature));
@@ -59808,6 +60310,160 @@ PDI_FN pd_status pdi_read_metal_corrode(pdi_reader *s)
 
 #undef PDI_READ_METAL_HORIZON
 
+/* ======== >>scene/read_chemistry.c ======== */
+/* read_chemistry: see read_chemistry.h */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* The section of a species; that of all where it has none. */
+static int pdi_read_chemistry_section(pdi_reader *s, const char *name)
+{
+    int section = pdi_text_section(s->ctx, s->text, "species", name);
+    if (pdi_text_has(s->ctx, s->text, section, NULL)) return section;
+    section = pdi_text_next(s->ctx, s->text, "chemistry", -1);
+    return section >= 0 ? section : pdi_text_next(s->ctx, s->text, "species", -1);
+}
+
+/* Solids do not move: those that are not there are left out. */
+static pd_status pdi_read_chemistry_solids(pdi_reader *s)
+{
+    pd_electrolyte *e = &s->setup->electrolyte;
+    int left_out = 0;
+    for (int k = 0; k < e->count; k++) {
+        const char *name = e->species[k].name;
+        int section = pdi_read_chemistry_section(s, name);
+        if (e->species[k].phase == PD_PHASE_SOLUTE && !(e->species[k].diffusivity > 0.0))
+            return pdi_text_refuse(s->ctx, s->text, section, "D", "found no diffusivity of %s, which moves in a run, "
+                                   "expected [species %s] D = 1e-9 m2/s or another positive value", name, name);
+        if (e->species[k].phase == PD_PHASE_SOLUTE || e->species[k].phase == PD_PHASE_SOLVENT) continue;
+        if (e->species[k].phase != PD_PHASE_SOLID || e->initial[k] > 0.0 || e->precipitates)
+            return pdi_text_refuse(s->ctx, s->text, section, "initial", "found %s, which is no solute: no run carries "
+                                   "solids and gases yet, expected minerals = given and initial = 0, which leave it "
+                                   "out, or --speciate for the equilibrium", name);
+        left_out++;
+    }
+    if (left_out)
+        pdi_setup_note(s->setup, "%d solids of the electrolyte are left out: nothing precipitates in a run", left_out);
+    pdi_electrolyte_dissolved(e);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
+{
+    static const char *const times[] = {"implicit", "steady", NULL};
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
+    if (!pdi_read_electrolyte_given(s->ctx, s->text)) return PD_OK;
+    u->has_chemistry = 1;
+    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &u->electrolyte));
+    if (!pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "grid", NULL), NULL))
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
+                               "found species without a [grid], expected one for a run, or --speciate for their "
+                               "equilibrium");
+    if (u->has_gas)
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
+                               "found beside [gas], expected [flow] or fluid at rest");
+    PDI_TRY(pdi_read_chemistry_solids(s));
+    for (int k = 0; k < u->electrolyte.count; k++)
+        snprintf(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    if (!u->settle || !u->has_dissolve) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "time",
+                           "found 'steady' beside metal that dissolves, expected implicit");
+}
+
+/* ---- the reaction at the surface ---- */
+
+/* The next species of the text: without its number. 0: there is none. */
+static int pdi_read_chemistry_word(const char **text, char *word)
+{
+    const char *from = *text + strspn(*text, " \t");
+    size_t length = strcspn(from, " \t");
+    *text = from + length;
+    snprintf(word, PD_SPECIES_NAME, "%.*s", (int)(length < PD_SPECIES_NAME ? length : PD_SPECIES_NAME - 1), from);
+    return length > 0;
+}
+
+/* Species of the text that the electrolyte has not: the metal and a gas. */
+static pd_status pdi_read_chemistry_others(pdi_reader *s, int section, const char *text, pd_electrolyte *e,
+                                           int *metal, int *gas)
+{
+    char word[PD_SPECIES_NAME];
+    *metal = *gas = -1;
+    while (pdi_read_chemistry_word(&text, word)) {
+        pd_species_desc desc;
+        pd_species found;
+        int *place;
+        memset(&desc, 0, sizeof desc);
+        desc.name = word;
+        if (strchr("+=0123456789.", word[0]) || pdi_electrolyte_find(e, word) >= 0) continue;
+        if (pd_species_read(s->ctx, &desc, &found) < 0) continue; /* the reaction names it */
+        place = found.phase == PD_PHASE_GAS ? gas : metal;
+        if (place == metal && (found.elements != 1 || found.count[0] != 1 || found.charge)) continue;
+        if (*place >= 0) continue;
+        if (e->count == PD_SPECIES_MOST)
+            return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found %d species beside %s, expected fewer",
+                                   e->count, word);
+        *place = e->count;
+        e->species[e->count++] = found;
+    }
+    if (*metal >= 0) return PD_OK;
+    return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no metal, expected the symbol of one that is "
+                           "no species of the electrolyte, such as Mg in Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)");
+}
+
+static pd_status pdi_read_chemistry_surface(pdi_reader *s, int section)
+{
+    pd_electrolyte all;
+    pd_setup *u = s->setup;
+    pd_reaction_desc desc;
+    pd_reaction reaction;
+    char message[PD_MESSAGE_SIZE];
+    int metal, gas;
+    all = u->electrolyte;
+    memset(&desc, 0, sizeof desc);
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "reaction", NULL, &desc.text));
+    PDI_TRY(pdi_read_chemistry_others(s, section, desc.text, &all, &metal, &gas));
+    desc.name = "surface";
+    desc.k_unit = "log10"; /* unread: its speed is that of the law */
+    if (pd_reaction_read(s->ctx, &desc, all.species, all.count, &reaction) < 0) {
+        const char *what = strstr(s->ctx->message, ": ");
+        snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "%.500s", message);
+    }
+    double one = -reaction.nu[metal];
+    if (!(one > 0.0) || (gas >= 0 && reaction.nu[gas] < 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found '%s' on the wrong side, expected the metal "
+                               "on the left, and a gas on the right", all.species[one > 0.0 ? gas : metal].name);
+    for (int k = 0; k < u->electrolyte.count; k++) u->shed[k] = reaction.nu[k] / one;
+    if (gas >= 0) snprintf(u->gas, sizeof u->gas, "%s", all.species[gas].name);
+    if (gas >= 0) u->gas_shed = reaction.nu[gas] / one;
+    u->sheds = 1;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_section(s->ctx, s->text, u->has_corrode ? "corrode" : "dissolve", NULL);
+    int given = u->has_dissolve && pdi_text_has(s->ctx, s->text, section, "reaction");
+    if (given && !u->has_chemistry)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found without species, expected [species Mg2+] "
+                               "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+    if (!u->has_chemistry) return PD_OK;
+    if (u->medium >= 0)
+        return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
+                               "found beside a medium, where species would have a D of their own, expected none");
+    if (!given) return PD_OK;
+    if (u->metals > 1 || u->activation)
+        return pdi_text_refuse(s->ctx, s->text, section, "reaction", u->metals > 1 ?
+                               "found with several metals, expected one" :
+                               "found with control = activation, where nothing dissolved is followed, expected "
+                               "diffusion");
+    return pdi_read_chemistry_surface(s, section);
+}
+
 /* ======== >>scene/read_gas.c ======== */
 /* read_gas: see read_gas.h */
 #include <math.h>
@@ -60197,8 +60853,9 @@ static pd_status pdi_read_flat_output(pd_ctx *ctx, pd_text *text, const pdi_read
     setup->every = f->T_final / PDI_READ_FLAT_FRAMES;
     setup->fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (!pdi_setup_field_needs(setup, (pd_field)k)) setup->fields |= 1u << k;
-    setup->images = setup->fields & ((1u << PD_FIELD_C) | (1u << PD_FIELD_V) | (1u << PD_FIELD_GRAIN));
+        if (!pdi_setup_field_needs(setup, (pd_field)k)) setup->fields |= pdi_setup_field_bit(k);
+    setup->images = setup->fields & (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_V) |
+                                     pdi_setup_field_bit(PD_FIELD_GRAIN));
     return PD_OK;
 }
 
@@ -60246,7 +60903,7 @@ typedef struct pdi_read_monitors {
 /* ---- values ---- */
 
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                          const char *key, const char *fallback, unsigned *bits)
+                                          const char *key, const char *fallback, pd_fields *bits)
 {
     pd_word_list list;
     int given = pdi_text_has(ctx, text, section, key);
@@ -60254,16 +60911,16 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        int field = pdi_setup_field_find(setup, list.word[w]);
         if (field == PD_FIELD_COUNT)
             return pdi_text_refuse(ctx, text, section, key,
                                    "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                   " rate, density, damage, energy, or none", list.word[w]);
+                                   " rate, density, damage, energy%s, or none", list.word[w],
+                                   setup->has_chemistry ? ", pH, species such as Na+" : "");
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pdi_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
+        if (!needs) *bits |= pdi_setup_field_bit(field);
     }
     return PD_OK;
 }
@@ -60359,7 +61016,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     length = sqrt(length);
     if (!(length > 0.0))
         return pdi_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
-    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p, pH", &m->fields));
     m->images = m->fields;
     if (pdi_text_has(w->ctx, w->text, w->section, "images"))
         PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
@@ -60514,7 +61171,8 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
-    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v",
+    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
+                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : "v",
                                     &p->fields);
 }
 
@@ -60553,7 +61211,7 @@ typedef struct pdi_read_drawing {
     pd_text *text;
     pd_setup *setup;
     int section;
-    unsigned drawn; /* bit k: a picture shows pd_field k */
+    pd_fields drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
 /* The next part of a list with commas, without blanks around it; 0 at the end. */
@@ -60574,7 +61232,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name(r->setup, (pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -60609,7 +61267,7 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
     item[word] = '\0';
     PDI_TRY(pdi_read_drawing_field(r, "range", item, &field));
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     if (pdi_setup_field_numbered((pd_field)field))
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                item);
@@ -60676,7 +61334,7 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     pd_setup_drawing *drawing = &r->setup->drawing;
     PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        const char *name = pdi_setup_field_name((pd_field)k);
+        const char *name = pdi_setup_field_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PDI_TRY(pdi_read_drawing_field(r, "log", name, &field));
@@ -60719,8 +61377,8 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_DRAWING_ITEM];
-    const char *behind = from, *name = pdi_setup_field_name((pd_field)field);
-    pdi_setup_field_unit((pd_field)field, unit);
+    const char *behind = from, *name = pdi_setup_field_name(r->setup, (pd_field)field);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     while (behind += strspn(behind, " \t"), pdi_read_drawing_digit(behind)) behind += strcspn(behind, " \t");
     for (const char *at = from; at < behind; at += strspn(at, " \t")) {
         size_t length = strcspn(at, " \t");
@@ -60739,7 +61397,7 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 /* Lines can be drawn over the picture of the field. */
 static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
 {
-    const char *name = pdi_setup_field_name((pd_field)field);
+    const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
     if (!pdi_setup_field_metal((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s', which 'deformed' draws where the metal has "
                            "moved to, expected a field of the fluid", name);
@@ -60765,7 +61423,7 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
     }
     drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
     if (drawing->contours[field]) return PD_OK;
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
 }
@@ -60826,7 +61484,7 @@ static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
     drawing->surface = 1;
     if (strcmp(word, "yes") == 0) return PD_OK;
-    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name((pd_field)k)) != 0) k++;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name(r->setup, (pd_field)k)) != 0) k++;
     if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%.40s', expected yes, no or a field "
                                "with values on the surface of the metal", word);
@@ -60834,7 +61492,7 @@ static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
                                pdi_setup_field_needs(r->setup, (pd_field)k));
     drawing->surface = 2 + k;
-    r->drawn |= 1u << k;
+    r->drawn |= pdi_setup_field_bit(k);
     return PD_OK;
 }
 
@@ -61490,12 +62148,15 @@ static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme;
+    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme, species = u->settle;
     if (!pdi_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, times[species], &u->settle));
+    if (u->has_chemistry && u->settle != species)
+        return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside [chemistry] with time = %s, "
+                               "expected the same", times[u->settle], times[species]);
     if (u->settle && u->has_dissolve)
         return pdi_text_refuse(s->ctx, s->text, section, "time",
                                "found 'steady' beside metal that dissolves, expected implicit");
@@ -61511,7 +62172,7 @@ static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, c
         if (pdi_setup_timed(&expr[k]))
             return pdi_text_refuse(s->ctx, s->text, section, key,
                                    "found a function of t in a scene that is steady, expected until = ... in [run], "
-                                   "time = implicit in [flow] or [transport], or a function of the place");
+                                   "time = implicit in [flow], [transport] or [chemistry], or a function of the place");
     return PD_OK;
 }
 
@@ -61550,18 +62211,19 @@ static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pdi_text_section(s->ctx, s->text, "run", NULL);
+    int carries = u->has_transport || u->has_chemistry;
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !carries &&
                   pdi_text_has(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
-    if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
+    if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pdi_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                                " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
-    if (!u->has_transport) return PD_OK;
+    if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
         PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
@@ -61625,7 +62287,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
-                                     "C, v, p, kind, grain", &u->fields));
+                                     "C, v, p, kind, grain, pH", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
@@ -61655,21 +62317,6 @@ static void pdi_scene_lines(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
-/* Species of their own; no run carries them. */
-static pd_status pdi_scene_chemistry(pdi_reader *s)
-{
-    static const char *const names[] = {"chemistry", "species", "reaction"};
-    int first = -1;
-    for (size_t k = 0; k < sizeof names / sizeof names[0] && first < 0; k++)
-        first = pdi_text_next(s->ctx, s->text, names[k], -1);
-    if (first < 0) return PD_OK;
-    s->setup->has_chemistry = 1;
-    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->setup->electrolyte));
-    return pdi_text_refuse(s->ctx, s->text, first, "chemistry",
-                           "found species, which no run carries yet, expected these sections to be left out, or "
-                           "--speciate for their equilibrium");
-}
-
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -61691,7 +62338,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
-    PDI_TRY(pdi_scene_chemistry(&s));
+    PDI_TRY(pdi_read_chemistry_read(&s));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_metal_constants(&s));
@@ -61703,6 +62350,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
+    PDI_TRY(pdi_read_chemistry_metal(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
@@ -61710,9 +62358,11 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid)
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
+        !setup->has_chemistry)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport], [corrode] or [solid] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry] "
+                               "or [solid] section");
     return PD_OK;
 }
 
@@ -62639,6 +63289,43 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
+static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    const pd_electrolyte *e = &u->electrolyte;
+    double *bytes = &b->bytes[PD_PART_CHEMISTRY];
+    pd_reactive_filter filter[PD_REACTION_MOST];
+    pd_krylov_desc kd;
+    pd_reactive r;
+    pd_course course;
+    if (!u->has_chemistry) return;
+    memset(&r, 0, sizeof r);
+    memset(&course, 0, sizeof course);
+    memset(filter, 0, sizeof filter);
+    if (pdi_components_build(&plan->ctx, e->species, e->count, e->reaction, e->reactions, e->activity, e->temperature,
+                             &r.components) < 0) return; /* the model says why */
+    r.grid = &plan->grid;
+    r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
+    if (u->has_flow) r.flow = r.flux.flow = &plan->flow;
+    r.flux.conductance.bonds = &plan->bonds;
+    r.flux.conductance.capacity = plan->bonds.capacity;
+    r.flux.conductance.rests = !u->has_flow;
+    r.desc.order = u->settle ? 1 : 2;
+    r.filter = filter;
+    pdi_reactive_slots(&r);
+    pdi_reactive_plan(&plan->ctx, &r, &kd);
+    *bytes = pdi_footprint_list(plan, pdi_reactive_list, &r);
+    *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
+    r.diffusion.capacity = plan->bonds.capacity;
+    r.diffusion.metals = plan->grid.solid_count > 0;
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &r.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
+    course.reactive = &r;
+    course.desc.settle = u->settle;
+    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
+}
+
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
@@ -62656,6 +63343,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
+    d.desc.sheds = u->sheds;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
@@ -62873,6 +63561,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
+    pdi_footprint_chemistry(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);
@@ -63127,6 +63816,48 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
+/* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
+static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    const pd_electrolyte *e = &u->electrolyte;
+    double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
+    pd_electrolyte_state state;
+    pd_reactive_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memcpy(initial, e->initial, sizeof initial);
+    memcpy(inlet, e->inlet, sizeof inlet);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, initial, &state));
+    PDI_TRY(pd_electrolyte_solve(ctx, e, inlet, &state));
+    desc.species = e->species;
+    desc.count = e->count;
+    desc.reactions = e->reaction;
+    desc.reaction_count = e->reactions;
+    desc.activity = e->activity;
+    desc.temperature = e->temperature;
+    desc.initial = initial;
+    desc.inlet = inlet;
+    desc.order = u->settle ? 1 : 2;
+    desc.arena = &m->arena;
+    PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
+    m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
+    return PD_OK;
+}
+
+/* Their way in time; behind the metal, which feeds them. */
+static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_course_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.rtol = u->rtol;
+    desc.largest = u->max_step;
+    desc.settle = u->settle;
+    desc.fed = u->sheds ? m->dissolve.shed : NULL;
+    desc.shed = u->shed;
+    return pd_course_build(ctx, &m->reactive, &desc, &m->course);
+}
+
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
@@ -63240,6 +63971,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
+    desc.sheds = u->sheds;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
@@ -63306,16 +64038,17 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_SOLID, PD_PART_DISSOLVE};
+                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_structure, pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_dissolve};
-    for (int k = 0; k < PD_PART_COUNT; k++) {
+                              pdi_model_structure, pdi_model_species, pdi_model_dissolve, pdi_model_course};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
+                          u->has_dissolve, u->has_chemistry};
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
         m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
-        m->bytes[part[k]] = ctx->in_use - before;
+        m->bytes[part[k]] += ctx->in_use - before;
     }
     return PD_OK;
 }
@@ -63329,6 +64062,7 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
     e->flow_krylov = m->quasi.krylov;
     e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
+    e->transport_krylov += m->course.krylov;
     e->limiter = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
@@ -63352,13 +64086,15 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
+    if (u->has_chemistry) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     return PD_OK;
 }
 
 /* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
-    return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;
+    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->probes ||
+           u->monitors;
 }
 
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
@@ -63383,7 +64119,9 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
+    pd_course_free(ctx, &m->course);
     pd_dissolve_free(ctx, &m->dissolve);
+    pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);
@@ -63670,6 +64408,13 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* [total] [mol/m3] concentration of a species; NULL: it is no field of one. */
+static const double *pdi_sample_species(const pd_model *m, pd_field field)
+{
+    int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
+}
+
 /* A component of the stress of a point [Pa]. */
 static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
 {
@@ -63706,8 +64451,11 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
 {
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
+    const double *species = pdi_sample_species(m, field);
     double square = 0.0;
+    if (species) return fluid ? species[i] : 0.0;
     switch (field) {
+    case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
@@ -63739,18 +64487,21 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_XY:
     case PD_FIELD_YZ:
     case PD_FIELD_ZX: return pdi_sample_solid(m, field, i);
+    case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
 }
 
-PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields)
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     const pd_solid *solid = &m->structure.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
     for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+    for (int n = 0; n < m->reactive.components.solutes; n++)
+        pd_ghosts_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
     if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
         solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
 }
@@ -63778,9 +64529,10 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds: linear between the fluid nodes around x. */
-static double pdi_sample_between(const pd_grid *grid, const double *f, const double *x)
+/* Without bonds, and of pH (f: NULL): linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
 {
+    const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
     for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
         double weight = 1.0;
@@ -63794,7 +64546,7 @@ static double pdi_sample_between(const pd_grid *grid, const double *f, const dou
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
         if (grid->kind[node] != PD_FLUID) continue;
-        sum += weight * f[node];
+        sum += weight * (f ? f[node] : pd_reactive_ph(&m->reactive, node));
         weights += weight;
     }
     return sum / weights;
@@ -63812,6 +64564,9 @@ typedef struct pdi_sample_job {
     double side;      /* of the surface of a medium: what lies behind does not count, fields bend there; 0: none */
     pdi_quadratic fit;
 } pdi_sample_job;
+
+/* 1: a concentration. */
+static int pdi_sample_dissolved(pd_field field) { return field == PD_FIELD_C || pdi_setup_field_species(field) >= 0; }
 
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
@@ -63842,8 +64597,8 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
         if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
         pdi_quadratic_value(&job->fit, place, u[job->component]);
     }
-    if (job->field != PD_FIELD_C || pdi_sample_medium(m, place) * job->side < 0.0) return;
-    if (m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
+    if (!pdi_sample_dissolved(job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (job->field == PD_FIELD_C && m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
     if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
     else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
         pdi_quadratic_slope(&job->fit, place, normal, 0.0);
@@ -63860,7 +64615,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
-    for (int d = 0; d < PD_DIM && inlet && job->field == PD_FIELD_C; d++) {
+    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
         if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
@@ -63967,17 +64722,18 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = m->transport.c;
+    if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
-    if (!job.f) {
+    if (!job.f && field != PD_FIELD_PH) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && m->setup->has_gas) return pdi_sample_between(&m->grid, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, job.f, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
@@ -64041,23 +64797,22 @@ static void pdi_view_fill(const pd_model *m, pd_field field, int64_t cells, doub
 PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
 {
     const pd_grid *g = &model->grid;
-    int field = 0;
+    int field = pdi_setup_field_find(model->setup, name);
     memset(view, 0, sizeof *view);
-    while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name((pd_field)field), name) != 0) field++;
     if (field == PD_FIELD_COUNT)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
-                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density or damage",
-                        name);
+                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
+                        "pH or a species", name);
     const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
     for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
     if (!views->field[field])
         PDI_TRY(PDI_NEW(ctx, "view", pdi_view_components(field) * views->cells, views->field[field]));
-    pdi_sample_prepare(ctx, model, 1u << field);
+    pdi_sample_prepare(ctx, model, pdi_setup_field_bit(field));
     pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
     view->data = views->field[field];
-    view->label = pdi_setup_field_label((pd_field)field);
+    view->label = pdi_setup_field_label(model->setup, (pd_field)field);
     view->components = pdi_view_components(field);
     view->part = views->cells;
     for (int d = 0; d < PD_DIM; d++) {
@@ -64188,9 +64943,9 @@ static pd_field pdi_images_field(const pd_images *im, pd_field field)
 }
 
 /* "C", in names of files */
-static const char *pdi_images_name(pd_field field)
+static const char *pdi_images_name(const pd_images *im, pd_field field)
 {
-    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(field);
+    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
 }
 
 /* Is the flow drawn over it? */
@@ -64213,7 +64968,7 @@ static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return field == PD_FIELD_GRAIN || pdi_setup_field_body(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* The node that a cell of the drawn plane shows. */
@@ -64394,7 +65149,7 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
 {
     const pd_setup *u = im->model->setup;
     char value[PD_UNITS_TEXT], place[PDI_LABEL_SIZE];
-    const char *name = pdi_setup_field_name(field);
+    const char *name = pdi_setup_field_name(u, field);
     if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
     else {
         pdi_setup_show(u->slice_at, "m", value);
@@ -64409,7 +65164,7 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
 
 static pd_map pdi_images_map(const pd_setup *u, pd_field field)
 {
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_field_stress(field);
     if (pdi_setup_field_numbered(field)) return PD_MAP_LABELS;
     if (u->drawing.map[field]) return (pd_map)(u->drawing.map[field] - 1);
     return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
@@ -64483,7 +65238,8 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
     picture->widest = "t = 000.000 min";
-    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(field); /* the title names it */
+    /* the title names it */
+    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(m->setup, field);
 }
 
 static void pdi_images_warp(const pd_images *im, pd_field field, const pd_picture *picture, pdi_warp *warp)
@@ -64514,7 +65270,7 @@ static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_ima
     snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_images_stamp(time, text));
     plot->title = text->title;
     plot->x_label = "x [um]";
-    plot->y_label = pdi_setup_field_label(field);
+    plot->y_label = pdi_setup_field_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
     plot->y_log = axis.log = pdi_images_log(im, field);
@@ -64539,14 +65295,14 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
     relief.shade = &im->sight;
     relief.coloured = of < PD_FIELD_COUNT;
     snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.coloured ? ", " : "",
-             relief.coloured ? pdi_setup_field_name(of) : "");
+             relief.coloured ? pdi_setup_field_name(im->model->setup, of) : "");
     relief.title = text.title;
     relief.stamp = pdi_images_stamp(time, &text);
     relief.widest = "t = 000.000 min";
     if (relief.coloured) {
         relief.map = pdi_images_map(u, of);
         relief.log = pdi_images_log(im, of);
-        relief.label = pdi_setup_field_label(of);
+        relief.label = pdi_setup_field_label(im->model->setup, of);
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
     return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
@@ -64582,7 +65338,7 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(im, field), end);
     PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
@@ -64604,13 +65360,13 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(field), frame, time, ends[k], name));
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(im, field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
-    if (im->live) im->latest |= 1u << field;
+    if (im->live) im->latest |= pdi_setup_field_bit(field);
     return PD_OK;
 }
 
@@ -64756,7 +65512,7 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
 static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(im, field));
     PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
 }
@@ -64910,12 +65666,12 @@ static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wal
 static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
 
 /* Fields of the metal alone, which are blank elsewhere: not a number. */
-static int pdi_output_own(pd_field field) { return field >= PD_FIELD_U; }
+static int pdi_output_own(pd_field field) { return pdi_setup_field_body(field); }
 
 /* Unit of a label such as "C [mol/m3]" into unit[24]; NULL: it has none. */
-static const char *pdi_output_unit(pd_field field, char *unit)
+static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *unit)
 {
-    const char *open = strchr(pdi_setup_field_label(field), '[');
+    const char *open = strchr(pdi_setup_field_label(setup, field), '[');
     if (!open) return NULL;
     snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
     return unit;
@@ -64926,13 +65682,13 @@ static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
            field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
-           field > PD_FIELD_U;
+           field > PD_FIELD_U; /* of the body, pH, species */
 }
 
 static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
-    unsigned drawn = pdi_sight_wanted(m->setup) ? 1u << pdi_sight_field(m->setup) : 0;
+    pd_fields drawn = pdi_sight_wanted(m->setup) ? pdi_setup_field_bit(pdi_sight_field(m->setup)) : 0;
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
@@ -64958,8 +65714,8 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_setup_field_name((pd_field)k);
-        f->unit = pdi_output_unit((pd_field)k, unit[k]);
+        f->name = pdi_setup_field_name(m->setup, (pd_field)k);
+        f->unit = pdi_output_unit(m->setup, (pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -65018,10 +65774,10 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
                 char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
-                const char *known = pdi_output_unit((pd_field)f, unit);
+                const char *known = pdi_output_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
-                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
+                             pdi_setup_field_name(m->setup, (pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_sample_probe(m, (pd_field)f, d, p->at);
             }
@@ -65093,7 +65849,7 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
-    unsigned fields = 0;
+    pd_fields fields = 0;
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pdi_sample_prepare(ctx, out->model, fields);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
@@ -65375,6 +66131,27 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+static void pdi_summary_chemistry(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_components *c = &s->model->reactive.components;
+    char text[384], until[PD_UNITS_TEXT];
+    if (!u->has_chemistry) return;
+    pdi_setup_show(u->until, "s", until);
+    snprintf(text, sizeof text, "%d solutes of %d components, %d reactions (%d with a rate), %s, %.5g K, %s%s",
+             c->solutes, c->count, u->electrolyte.reactions, c->kinetics,
+             u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
+             u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
+    pdi_summary_part(s, PD_PART_CHEMISTRY, "chemistry", text);
+    if (!u->sheds) return;
+    snprintf(text, sizeof text, "one of metal:");
+    for (int k = 0; k < u->electrolyte.count; k++)
+        if (fabs(u->shed[k]) > 0.0)
+            pdi_append(text, sizeof text, " %+g %s", u->shed[k], u->electrolyte.species[k].name);
+    if (u->gas[0]) pdi_append(text, sizeof text, " %+g %s", u->gas_shed, u->gas);
+    pdi_summary_line(s, "  %-12s%s", "", text);
+}
+
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
 static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
@@ -65482,11 +66259,11 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
-                                 "mechanics"};
+                                 "mechanics", "chemistry"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid};
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry};
     int absent = 0;
-    for (int k = 0; k < 7; k++) {
+    for (int k = 0; k < 8; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
@@ -65506,6 +66283,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_flow(&s);
     pdi_summary_gas(&s);
     pdi_summary_transport(&s);
+    pdi_summary_chemistry(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);
@@ -65807,7 +66585,7 @@ static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char 
 }
 
 /* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
-static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
 {
     char name[PD_SETUP_NAME];
     int count = pdi_monitor_name(names, 0, "s [m]");
@@ -65822,7 +66600,7 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        const char *label = pdi_setup_field_label((pd_field)f);
+        const char *label = pdi_setup_field_label(u, (pd_field)f);
         snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
         if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
@@ -65931,9 +66709,10 @@ static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, co
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
-        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        const char *name = pdi_setup_field_name(all->model->setup, (pd_field)f);
+        PDI_TRY(pdi_monitor_path(ctx, all, m, name, frame, "png", path));
         PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                 pdi_setup_field_label((pd_field)f), path));
+                                 pdi_setup_field_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
@@ -65945,7 +66724,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
     const pd_setup *u = all->model->setup;
-    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    int count = line ? pdi_monitor_line_names(u, m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
     if (line) pdi_sample_prepare(ctx, all->model, d->fields);
     if (line) pdi_monitor_line_fill(all->model, m);
@@ -66191,9 +66970,10 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
     char key[24], unit[16];
     double (*sample)(const pd_model *, pd_field, int, const double *) = all ? pdi_sample_probe : pdi_sample_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_figures_unit(pdi_setup_field_label(field), unit);
+    pdi_figures_unit(pdi_setup_field_label(model->setup, field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
-        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
+        const char *name = pdi_setup_field_name(model->setup, field);
+        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", name, "xyz"[d]);
         PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
     }
     return PD_OK;
@@ -66219,7 +66999,7 @@ PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_moni
             PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
                                     m->figure[j].unit, m->figure[j].value));
     }
-    unsigned fields = 0;
+    pd_fields fields = 0;
     for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
     if (u->probes) pdi_sample_prepare(ctx, model, fields);
     for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], all, f));
@@ -66891,6 +67671,9 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->ledger = pd_couple_imbalance(c);
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
+    result->sheds = r->setup->sheds && r->setup->gas[0];
+    result->gas = r->setup->gas_shed * m->course.taken;
+    result->gas_volume = result->gas * PDI_MODEL_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
@@ -67011,6 +67794,7 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
                    r->h, r->m, r->volume_loss, r->ledger);
     if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
     if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
+    if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
     if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
     if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);

@@ -66,8 +66,8 @@ refuses "command line: found the section [species Zn2+], expected one of hbss.el
 Ca2+, Cl-, HCO3-, H2PO4-, HPO4-2, SO4-2, Mg(OH)2(s), CaCO3(s), Ca5(PO4)3OH(s), CaHPO4:2H2O(s), MgHPO4:3H2O(s), \
 MgOH+, MgHCO3+, MgCO3, MgSO4, MgHPO4, CaHCO3+, CaCO3, CaSO4, CaHPO4, CaPO4-, CO3-2, CO2, H+, OH-, PO4-3)" \
     hbss.electrolyte --speciate "species.Zn2+.initial=1 mM"
-refuses "hbss.electrolyte:4: chemistry: found species, which no run carries yet, expected these sections to be left \
-out, or --speciate for their equilibrium" hbss.electrolyte
+refuses "hbss.electrolyte:4: chemistry: found species without a [grid], expected one for a run, or --speciate for \
+their equilibrium" hbss.electrolyte
 refuses "titrate: found 'Na+ + OH- 1 mM', expected a reagent, a range with its unit and a number of rows from 2 to \
 100000, such as Na+ + OH- 0..1 mM 21" saline.electrolyte --titrate "Na+ + OH- 1 mM"
 refuses "reaction: 'the reagent' has the species 'NaOH', which nobody defines: define it, or take one of Na+, Cl-, H+, \

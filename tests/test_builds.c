@@ -3,7 +3,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "chemistry/speciation.h"
-#include "react/reactive.h"
+#include "react/course.h"
 #include "fault.h"
 #include "potential/distribution.h"
 #include "scene_file.h"
@@ -61,6 +61,7 @@ typedef struct lab {
     pd_stencil near;    /* m = 1 */
     pd_bonds near_bonds;
     pd_grid_desc box;
+    pd_reactive water; /* of the pin */
     int wrong; /* arguments that are refused */
 } lab;
 
@@ -161,6 +162,7 @@ static int ready(lab *l)
 
 static void tidy(lab *l)
 {
+    pd_reactive_free(&l->ctx, &l->water);
     pd_microelastic_free(&l->ctx, &l->springs);
     pd_body_free(&l->ctx, &l->body);
     pd_grid_free(&l->ctx, &l->rings);
@@ -604,6 +606,15 @@ BUILD(reactive, pd_reactive)
     return pd_reactive_build(ctx, &l->pin.grid, &l->bonds, PD_DIM > 1 ? &l->flow : NULL, &d, o);
 }
 
+BUILD(course, pd_course)
+{
+    pd_course_desc d;
+    if (!l->water.c) PDI_TRY(make_reactive(&l->ctx, l, &l->water)); /* that of the lab, once */
+    memset(&d, 0, sizeof d);
+    d.rtol = l->wrong ? -1.0 : 0.0;
+    return pd_course_build(ctx, &l->water, &d, o);
+}
+
 BUILD(electrode, pd_electrode)
 {
     static const double u[3] = {-1.0, 0.0, 1.0}, i[3] = {-2.0, 0.0, 3.0};
@@ -665,7 +676,7 @@ static const entry builds[] = {
     ROW(compare, pd_compare, 0, 0) ROW(sweep, pd_sweep, 1, 1)
     ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(speciation, pd_speciation, 1, 0)
-    ROW(reactive, pd_reactive, 1, 1)
+    ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1)
     ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
 };
 #undef ROW
@@ -724,7 +735,8 @@ TEST(a_failed_build_leaves_nothing)
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
 static const char *const parts[] = {"owner", "jacobian", "spectrum",    "boundary", "media",
                                     "spans", "flux",     "fingerprint", "compact",  "limiter",  "inverse",
-                                    "band",  "springs",  "path",        "bond_weights", "images", "components"};
+                                    "band",  "springs",  "path",        "bond_weights", "images", "components",
+                                    "shell", "shade",    "sight",       "electrolyte"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)

@@ -294,7 +294,7 @@ TEST(includes)
 TEST(scenes)
 {
     refused("[grid] h = 1 um  box = 0 .. 9 um\n[transport] D = 1e-9 m2/s\n[run] until = 1 s\n[species Na+]\n",
-            "a.scene:4: chemistry: found species, which no run carries yet");
+            "a.scene:4: D: found no diffusivity of Na+");
     refused("[species Na+] initial = 1 mM\n", "a.scene:1: chemistry: the charges sum to");
 }
 

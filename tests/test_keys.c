@@ -128,6 +128,10 @@ static const char *const texts[] = {
     "[corrode] current = 1 A/cm2  Csat = 5 mol/L  D = 1e-9 m2/s  rate_scale = 1  bulk = 0  drive = difference\n"
     "kernel = square  weights = printed  repassivation = 1 mol/L  breaking = stochastic  seed = 2  m = 3\n"
     "[run] until = 1 s\n",
+    BOX METAL "[transport] D = 1e-9 m2/s\n[chemistry] time = implicit\n[species Fe2+] D = 1e-9 m2/s\n"
+    "[species H+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
+    BOX METAL "[side y+] flow = open\n[species Fe2+] D = 1e-9 m2/s\n[species H+] D = 1e-9 m2/s\n"
+    "[corrode] rate = 1 um/h  Csat = 5 mol/L  D = 1e-9 m2/s  reaction = Fe + 2 H+ = Fe2+ + H2(g)\n[run] until = 1 s\n",
     BOX METAL "[side x-] ux = 0  uy = 0\n[side x+] pressure = 1 MPa\n"
     "[solid] E = 200 GPa  nu = 0.3  strength = 1 GPa  force = 0, 0  m = 2  influence = linear\n"
     "[cut a] points = 5 um, 10 um, 5 um, 8 um  way = 0, -1\n",
@@ -142,7 +146,7 @@ static const char electrolyte[] =
     "[reaction water] H+ + OH- = H2O  K = 1e14 L2/mol2  forward = 1.4e11 L/mol/s\n"
     "[reaction again] H+ + OH- = H2O  log10_K = 14  enthalpy = 0 J/mol  backward = 1 mol/L/s\n";
 
-/* The same of the sections of chemistry, which no scene carries yet. */
+/* The same of the sections of chemistry, in a file of its own. */
 static void take_electrolyte(void)
 {
     pd_ctx ctx;

@@ -170,7 +170,7 @@ TEST(fields)
     double all = 0.0;
     if (!c) return;
     const pd_structure *s = &c->model.structure;
-    pdi_sample_prepare(&c->ctx, &c->model, 1u << PD_FIELD_STORED);
+    pdi_sample_prepare(&c->ctx, &c->model, pdi_setup_field_bit(PD_FIELD_STORED));
     for (int32_t i = 0; i < s->count; i++) {
         double wanted = 0.5 * 100e6 * 100e6 / 200e9;
         all += s->body.volume[i] * pdi_sample_node(&c->model, PD_FIELD_STORED, s->node[i]);

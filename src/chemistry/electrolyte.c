@@ -83,6 +83,40 @@ static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_s
     }
 }
 
+/* Take out species k; reactions do not name it. */
+static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
+{
+    e->count--;
+    for (int i = k; i < e->count; i++) {
+        e->species[i] = e->species[i + 1];
+        e->recipe[i] = e->recipe[i + 1];
+        e->initial[i] = e->initial[i + 1];
+        e->inlet[i] = e->inlet[i + 1];
+        for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[i] = e->reaction[r].nu[i + 1];
+    }
+    for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[e->count] = 0.0;
+    if (e->balance > k) e->balance--;
+    if (e->counter > k) e->counter--;
+}
+
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e)
+{
+    int kept = 0;
+    for (int r = 0; r < e->reactions; r++) {
+        int names = 0;
+        for (int k = 0; k < e->count; k++)
+            names |= fabs(e->reaction[r].nu[k]) > 0.0 && e->species[k].phase != PD_PHASE_SOLUTE &&
+                     e->species[k].phase != PD_PHASE_SOLVENT;
+        if (names) continue;
+        e->reaction[kept] = e->reaction[r];
+        e->enthalpy[kept++] = e->enthalpy[r];
+    }
+    e->reactions = kept;
+    for (int k = e->count - 1; k >= 0; k--)
+        if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT)
+            pdi_electrolyte_remove(e, k);
+}
+
 pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
 {
     pd_speciation system;

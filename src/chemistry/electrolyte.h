@@ -47,6 +47,8 @@ PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, co
 PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
 /* What pd_speciation_solve needs for c; NULL: with all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
 PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
+/* Take out solids and gases, and the reactions that name them; places of species change. */
+PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e);
 /* Sum of an element [mol/m3]. */
 PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
 #endif

@@ -73,6 +73,20 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
     }
 }
 
+/* What processes keep a balance of by themselves. */
+static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
+{
+    c->apart = 0.0;
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        if (p->imbalance) c->apart = fmax(c->apart, p->imbalance(ctx, p->self));
+        if (c->apart <= c->desc.ledger_tolerance) continue;
+        return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
+                        "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
+    }
+    return PD_OK;
+}
+
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pdi_couple_sum(ctx, c);
@@ -89,7 +103,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
                             "%.9g %s by %.3g", c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit,
                             c->element[e].name, l->start, c->element[e].unit, l->imbalance);
     }
-    return PD_OK;
+    return pdi_couple_apart(ctx, c);
 }
 
 /* ---- steps ---- */
@@ -260,7 +274,7 @@ double pd_couple_volume_loss(const pd_couple *c)
 
 double pd_couple_imbalance(const pd_couple *c)
 {
-    double worst = 0.0;
+    double worst = c->apart;
     for (int e = 0; e < c->elements; e++) worst = fmax(worst, c->ledger[e].relative);
     return worst;
 }
@@ -329,6 +343,7 @@ pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
     PDI_TRY(PDI_KEEP(ctx, archive, "started", &c->started, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "steps", &c->steps, 1));
     PDI_TRY(PDI_KEEP(ctx, archive, "unsolved", &c->unsolved, 1));
+    PDI_TRY(PDI_KEEP(ctx, archive, "imbalance apart", &c->apart, 1));
     return PDI_KEEP(ctx, archive, "ledger", c->ledger, c->elements);
 }
 

@@ -44,6 +44,7 @@ typedef struct pd_couple {
     pd_element element[PD_COUPLE_ELEMENTS];
     pd_ledger ledger[PD_COUPLE_ELEMENTS];
     int elements;
+    double apart;        /* [-] worst relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
     int started;
@@ -80,7 +81,7 @@ PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, dou
                                void *user);
 /* Share [-] of the initial solid amount that is gone, all elements taken together. */
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
-/* Worst relative imbalance [-] of all ledgers. */
+/* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
 PD_API double pd_couple_imbalance(const pd_couple *couple);
 /* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
  * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.

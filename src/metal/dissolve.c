@@ -96,6 +96,7 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, slot, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
+    if (desc->sheds) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -696,7 +697,13 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_dissolve *d = (pd_dissolve *)self;
     d->out += s->dt * d->transport->outflow;
     d->in += s->dt * d->transport->inflow;
+    for (int32_t k = 0; k < d->beside_count && d->shed; k++) {
+        int32_t i = d->beside[k].node; /* lines have no slope any more */
+        d->shed[i] += s->dt * d->transport->source[i];
+    }
     PDI_TRY(pdi_dissolve_finish(ctx, d, s->dt));
+    for (int32_t k = 0; k < d->changed_count && d->shed; k++)
+        d->shed[d->changed[k]] += d->transport->c[d->changed[k]];
     d->out += d->rinsed;
     s->turned = d->changed;
     s->turned_count = d->changed_count;

@@ -43,6 +43,7 @@ typedef struct pd_dissolve_desc {
     const uint8_t *metal; /* [total] of solid nodes: 0: the metal above, k: more[k - 1]; NULL: 0. Borrowed */
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
+    int sheds;            /* 1: `shed` of pd_dissolve is kept */
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
@@ -110,6 +111,8 @@ typedef struct pd_dissolve {
     double *moved;            /* [total] [mol/m3] change of fluid nodes in the last step; NULL: surface, activation */
     double last_dt;           /* [s] of that step; 0: none */
     int32_t turned;           /* nodes that turned in it: fields bend there, which is no error in time */
+    double *shed;             /* [total] [mol/m3] what fluid nodes have got from metal since it was emptied by its user;
+                               * NULL: nobody asks */
     double rinsed;            /* [mol] activation: what is gone in the last step */
     /* ---- a run: */
     pd_transport_result result; /* of the last step */

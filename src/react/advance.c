@@ -477,13 +477,13 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     pdi_reactive_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
+    if (status == PD_OK) result->error = pdi_advance_error(r);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
-    result->error = pdi_advance_error(r);
     pdi_advance_owe(r, stage, dt - stage);
     pdi_reactive_pass(r, stage);
     return PD_OK;

@@ -8,7 +8,8 @@ typedef struct pd_reactive_result {
     int newton, krylov;
     int parts;       /* shorter steps that led to the solution; 0: it was found at once */
     double residual; /* [-] over the tolerance */
-    double error;    /* [-] of a step of order 2 in the totals, over the largest of each; 0: of order 1 */
+    double error;    /* [-] of two stages in the totals, over the largest of each, also where they have left bounds; 0:
+                      * they were not taken, or not solved */
     int euler;       /* 1: a step of order 2 was taken by backward Euler, since it would have left bounds */
 } pd_reactive_result;
 

@@ -256,6 +256,13 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
     kd->zero_guess = 1;
 }
 
+PDI_FN void pdi_reactive_slots(pd_reactive *r)
+{
+    r->slots = r->components.live * pdi_components_columns(&r->components) +
+               r->components.kinetics * r->components.count;
+    if (!r->slots) r->slots = 1;
+}
+
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
 {
     pd_reactive *reactive = (pd_reactive *)object;
@@ -282,16 +289,15 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
     }
 }
 
-static size_t pdi_reactive_room(pd_reactive *r)
+PDI_FN size_t pdi_reactive_room(pd_reactive *r)
 {
     size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
     return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
 }
 
-static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *linear)
 {
     pd_multigrid_desc md;
-    pd_krylov_desc kd;
     pdi_compact_multigrid(r->grid, &md);
     md.symmetric = r->flow == NULL;
     md.arena = pdi_reactive_arena(r);
@@ -304,8 +310,14 @@ static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
         r->filter[n].inverse.spread = 1.0;
         PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
     }
-    pdi_reactive_krylov(r, &kd);
-    PDI_TRY(pdi_krylov_plan(ctx, &kd, &r->krylov));
+    pdi_reactive_krylov(r, linear);
+    return pdi_krylov_plan(ctx, linear, &r->krylov);
+}
+
+static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
+{
+    pd_krylov_desc kd;
+    PDI_TRY(pdi_reactive_plan(ctx, r, &kd));
     PDI_TRY(pdi_krylov_prepare(ctx, &kd, &r->krylov));
     return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
@@ -329,9 +341,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     r->bonds = bonds;
     r->flow = flow;
     r->proton = -1;
-    r->slots = r->components.live * pdi_components_columns(&r->components) +
-               r->components.kinetics * r->components.count;
-    if (!r->slots) r->slots = 1;
+    pdi_reactive_slots(r);
     PDI_TRY(pdi_reactive_diffusivities(ctx, desc->species, r));
     pdi_reactive_rows(desc->species, desc->count, r);
     pdi_reactive_pick(r, desc->wall, r->wall);

@@ -125,6 +125,11 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
+/* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
+PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);
+/* `slots` of its components. */
+PDI_FN void pdi_reactive_slots(pd_reactive *reactive);
+PDI_FN size_t pdi_reactive_room(pd_reactive *reactive);
 /* Take down what passes the sides and held walls, and what sources give, in dt [s] at the present concentrations. */
 PDI_FN void pdi_reactive_pass(pd_reactive *reactive, double dt);
 /* The concentrations of a node. */

@@ -35,9 +35,10 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
     char key[24], unit[16];
     double (*sample)(const pd_model *, pd_field, int, const double *) = all ? pdi_sample_probe : pdi_sample_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_figures_unit(pdi_setup_field_label(field), unit);
+    pdi_figures_unit(pdi_setup_field_label(model->setup, field), unit);
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
-        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", pdi_setup_field_name(field), "xyz"[d]);
+        const char *name = pdi_setup_field_name(model->setup, field);
+        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", name, "xyz"[d]);
         PDI_TRY(pdi_figures_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
     }
     return PD_OK;
@@ -63,7 +64,7 @@ PDI_FN pd_status pdi_figures_collect(pd_ctx *ctx, pd_model *model, const pd_moni
             PDI_TRY(pdi_figures_add(ctx, f, pdi_setup_monitor_name(m->desc->kind), m->desc->name, k, m->figure[j].key,
                                     m->figure[j].unit, m->figure[j].value));
     }
-    unsigned fields = 0;
+    pd_fields fields = 0;
     for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
     if (u->probes) pdi_sample_prepare(ctx, model, fields);
     for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_figures_probe(ctx, model, &u->probe[k], all, f));

@@ -11,6 +11,7 @@
 #include "run/inlet.h"
 #include "run/wall.h"
 #include "transport/two_stage.h"
+#include "react/course.h"
 #include <math.h>
 #include <string.h>
 
@@ -267,6 +268,43 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += pdi_footprint_levels(plan, &t.inverse.mg);
 }
 
+static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+{
+    const pd_electrolyte *e = &u->electrolyte;
+    double *bytes = &b->bytes[PD_PART_CHEMISTRY];
+    pd_reactive_filter filter[PD_REACTION_MOST];
+    pd_krylov_desc kd;
+    pd_reactive r;
+    pd_course course;
+    if (!u->has_chemistry) return;
+    memset(&r, 0, sizeof r);
+    memset(&course, 0, sizeof course);
+    memset(filter, 0, sizeof filter);
+    if (pdi_components_build(&plan->ctx, e->species, e->count, e->reaction, e->reactions, e->activity, e->temperature,
+                             &r.components) < 0) return; /* the model says why */
+    r.grid = &plan->grid;
+    r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
+    if (u->has_flow) r.flow = r.flux.flow = &plan->flow;
+    r.flux.conductance.bonds = &plan->bonds;
+    r.flux.conductance.capacity = plan->bonds.capacity;
+    r.flux.conductance.rests = !u->has_flow;
+    r.desc.order = u->settle ? 1 : 2;
+    r.filter = filter;
+    pdi_reactive_slots(&r);
+    pdi_reactive_plan(&plan->ctx, &r, &kd);
+    *bytes = pdi_footprint_list(plan, pdi_reactive_list, &r);
+    *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
+    r.diffusion.capacity = plan->bonds.capacity;
+    r.diffusion.metals = plan->grid.solid_count > 0;
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_list, &r.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &r.diffusion);
+    *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
+    course.reactive = &r;
+    course.desc.settle = u->settle;
+    *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
+}
+
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
@@ -284,6 +322,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     d.kernel.stencil = &plan->across;
     d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = u->activation;
+    d.desc.sheds = u->sheds;
     d.desc.stochastic = u->stochastic;
     d.desc.repassivation = u->repassivation;
     *bytes = pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_dissolve_beside_list, &d);
@@ -501,6 +540,7 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
     pdi_footprint_flow(u, &plan, b);
     pdi_footprint_gas(u, &plan, b);
     pdi_footprint_transport(u, &plan, b);
+    pdi_footprint_chemistry(u, &plan, b);
     pdi_footprint_metal(u, &plan, b);
     pdi_footprint_solid(u, &plan, b);
     pdi_footprint_output(u, b);

@@ -43,9 +43,9 @@ static pd_field pdi_images_field(const pd_images *im, pd_field field)
 }
 
 /* "C", in names of files */
-static const char *pdi_images_name(pd_field field)
+static const char *pdi_images_name(const pd_images *im, pd_field field)
 {
-    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(field);
+    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
 }
 
 /* Is the flow drawn over it? */
@@ -68,7 +68,7 @@ static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
-    return field == PD_FIELD_GRAIN || field >= PD_FIELD_U ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return field == PD_FIELD_GRAIN || pdi_setup_field_body(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* The node that a cell of the drawn plane shows. */
@@ -249,7 +249,7 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
 {
     const pd_setup *u = im->model->setup;
     char value[PD_UNITS_TEXT], place[PDI_LABEL_SIZE];
-    const char *name = pdi_setup_field_name(field);
+    const char *name = pdi_setup_field_name(u, field);
     if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
     else {
         pdi_setup_show(u->slice_at, "m", value);
@@ -264,7 +264,7 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
 
 static pd_map pdi_images_map(const pd_setup *u, pd_field field)
 {
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || field >= PD_FIELD_XX;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_field_stress(field);
     if (pdi_setup_field_numbered(field)) return PD_MAP_LABELS;
     if (u->drawing.map[field]) return (pd_map)(u->drawing.map[field] - 1);
     return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
@@ -338,7 +338,8 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->title = pdi_images_title(im, field, text);
     picture->stamp = pdi_images_stamp(time, text);
     picture->widest = "t = 000.000 min";
-    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(field); /* the title names it */
+    /* the title names it */
+    picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(m->setup, field);
 }
 
 static void pdi_images_warp(const pd_images *im, pd_field field, const pd_picture *picture, pdi_warp *warp)
@@ -369,7 +370,7 @@ static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_ima
     snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_images_stamp(time, text));
     plot->title = text->title;
     plot->x_label = "x [um]";
-    plot->y_label = pdi_setup_field_label(field);
+    plot->y_label = pdi_setup_field_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
     plot->y_log = axis.log = pdi_images_log(im, field);
@@ -394,14 +395,14 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
     relief.shade = &im->sight;
     relief.coloured = of < PD_FIELD_COUNT;
     snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.coloured ? ", " : "",
-             relief.coloured ? pdi_setup_field_name(of) : "");
+             relief.coloured ? pdi_setup_field_name(im->model->setup, of) : "");
     relief.title = text.title;
     relief.stamp = pdi_images_stamp(time, &text);
     relief.widest = "t = 000.000 min";
     if (relief.coloured) {
         relief.map = pdi_images_map(u, of);
         relief.log = pdi_images_log(im, of);
-        relief.label = pdi_setup_field_label(of);
+        relief.label = pdi_setup_field_label(im->model->setup, of);
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
     return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
@@ -437,7 +438,7 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
     size_t size = 0;
     pd_file file;
-    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(field), end);
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_images_name(im, field), end);
     PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
                                      : pdi_folder_add(ctx, im->folder, name, path));
     PDI_TRY(pdi_file_read(ctx, picture, PDI_IMAGES_LARGEST, &data, &size));
@@ -459,13 +460,13 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     for (int k = 0; k < 2; k++) {
         if (!(formats >> k & 1u)) continue;
-        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(field), frame, time, ends[k], name));
+        PDI_TRY(pdi_file_frame_name(ctx, pdi_images_name(im, field), frame, time, ends[k], name));
         PDI_TRY(fresh ? pdi_folder_add(ctx, im->folder, name, path)
                       : pd_file_join(ctx, im->folder->path, name, path));
         PDI_TRY(pdi_images_draw(ctx, im, field, time, path, NULL));
         if (im->live && frame == im->last) PDI_TRY(pdi_images_latest(ctx, im, field, ends[k], path));
     }
-    if (im->live) im->latest |= 1u << field;
+    if (im->live) im->latest |= pdi_setup_field_bit(field);
     return PD_OK;
 }
 
@@ -611,7 +612,7 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
 static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
-    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(field));
+    snprintf(name, sizeof name, "%s_film.png", pdi_images_name(im, field));
     PDI_TRY(pdi_folder_add(ctx, im->folder, name, path));
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
 }

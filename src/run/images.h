@@ -38,7 +38,7 @@ typedef struct pd_images {
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
-    unsigned latest;         /* bit k: that of picture k stands in the list of the folder */
+    pd_fields latest;        /* those of which a picture stands in the list of the folder */
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */

@@ -207,6 +207,48 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
+/* Species: those of the electrolyte, in equilibrium at the start and behind inlets. */
+static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    const pd_electrolyte *e = &u->electrolyte;
+    double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
+    pd_electrolyte_state state;
+    pd_reactive_desc desc;
+    memset(&desc, 0, sizeof desc);
+    memcpy(initial, e->initial, sizeof initial);
+    memcpy(inlet, e->inlet, sizeof inlet);
+    PDI_TRY(pd_electrolyte_solve(ctx, e, initial, &state));
+    PDI_TRY(pd_electrolyte_solve(ctx, e, inlet, &state));
+    desc.species = e->species;
+    desc.count = e->count;
+    desc.reactions = e->reaction;
+    desc.reaction_count = e->reactions;
+    desc.activity = e->activity;
+    desc.temperature = e->temperature;
+    desc.initial = initial;
+    desc.inlet = inlet;
+    desc.order = u->settle ? 1 : 2;
+    desc.arena = &m->arena;
+    PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
+    m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
+    return PD_OK;
+}
+
+/* Their way in time; behind the metal, which feeds them. */
+static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
+{
+    const pd_setup *u = m->setup;
+    pd_course_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.rtol = u->rtol;
+    desc.largest = u->max_step;
+    desc.settle = u->settle;
+    desc.fed = u->sheds ? m->dissolve.shed : NULL;
+    desc.shed = u->shed;
+    return pd_course_build(ctx, &m->reactive, &desc, &m->course);
+}
+
 /* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
@@ -320,6 +362,7 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
+    desc.sheds = u->sheds;
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
@@ -386,16 +429,17 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
-                            PD_PART_SOLID, PD_PART_DISSOLVE};
+                            PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_CHEMISTRY};
     const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_structure, pdi_model_dissolve};
-    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_dissolve};
-    for (int k = 0; k < PD_PART_COUNT; k++) {
+                              pdi_model_structure, pdi_model_species, pdi_model_dissolve, pdi_model_course};
+    const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
+                          u->has_dissolve, u->has_chemistry};
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
         m->line = u->line[part[k]];
         PDI_TRY(build[k](ctx, m));
-        m->bytes[part[k]] = ctx->in_use - before;
+        m->bytes[part[k]] += ctx->in_use - before;
     }
     return PD_OK;
 }
@@ -409,6 +453,7 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
     e->flow_krylov = m->quasi.krylov;
     e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
+    e->transport_krylov += m->course.krylov;
     e->limiter = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
@@ -432,13 +477,15 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
+    if (u->has_chemistry) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     return PD_OK;
 }
 
 /* 1: something reads the rows of bonds after metal has gone. */
 static int pdi_model_asks(const pd_setup *u)
 {
-    return !u->has_corrode || !u->activation || u->has_flow || u->probes || u->monitors;
+    return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->probes ||
+           u->monitors;
 }
 
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
@@ -463,7 +510,9 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
 {
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
+    pd_course_free(ctx, &m->course);
     pd_dissolve_free(ctx, &m->dissolve);
+    pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     pd_grain_free(ctx, &m->grain);

@@ -6,6 +6,7 @@
 #include "flow/implicit.h"
 #include "flow/unsteady.h"
 #include "transport/two_stage.h"
+#include "react/course.h"
 #include "metal/dissolve.h"
 #include "run/inlet.h"
 #include "run/wall.h"
@@ -30,6 +31,8 @@ typedef struct pd_model {
     pd_gas gas;
     pd_transport transport;
     pd_two_stage two_stage;   /* without dissolution */
+    pd_reactive reactive;     /* species */
+    pd_course course;
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
@@ -44,6 +47,8 @@ typedef struct pd_model {
 } pd_model;
 
 #ifdef PDI_INTERNAL
+#define PDI_MODEL_GAS 8.314462618      /* [J/mol/K] */
+#define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
 /* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
  * negative or not finite. */
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);

@@ -290,7 +290,7 @@ static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char 
 }
 
 /* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
-static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
 {
     char name[PD_SETUP_NAME];
     int count = pdi_monitor_name(names, 0, "s [m]");
@@ -305,7 +305,7 @@ static int pdi_monitor_line_names(const pd_monitor *m, char names[][PD_SETUP_NAM
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        const char *label = pdi_setup_field_label((pd_field)f);
+        const char *label = pdi_setup_field_label(u, (pd_field)f);
         snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
         if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
@@ -414,9 +414,10 @@ static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, co
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
-        PDI_TRY(pdi_monitor_path(ctx, all, m, pdi_setup_field_name((pd_field)f), frame, "png", path));
+        const char *name = pdi_setup_field_name(all->model->setup, (pd_field)f);
+        PDI_TRY(pdi_monitor_path(ctx, all, m, name, frame, "png", path));
         PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                 pdi_setup_field_label((pd_field)f), path));
+                                 pdi_setup_field_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
@@ -428,7 +429,7 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
     const pd_setup *u = all->model->setup;
-    int count = line ? pdi_monitor_line_names(m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    int count = line ? pdi_monitor_line_names(u, m, names, first) : pdi_monitor_transfer_names(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
     if (line) pdi_sample_prepare(ctx, all->model, d->fields);
     if (line) pdi_monitor_line_fill(all->model, m);

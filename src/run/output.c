@@ -21,12 +21,12 @@ static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wal
 static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
 
 /* Fields of the metal alone, which are blank elsewhere: not a number. */
-static int pdi_output_own(pd_field field) { return field >= PD_FIELD_U; }
+static int pdi_output_own(pd_field field) { return pdi_setup_field_body(field); }
 
 /* Unit of a label such as "C [mol/m3]" into unit[24]; NULL: it has none. */
-static const char *pdi_output_unit(pd_field field, char *unit)
+static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *unit)
 {
-    const char *open = strchr(pdi_setup_field_label(field), '[');
+    const char *open = strchr(pdi_setup_field_label(setup, field), '[');
     if (!open) return NULL;
     snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
     return unit;
@@ -37,13 +37,13 @@ static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
            field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
-           field > PD_FIELD_U;
+           field > PD_FIELD_U; /* of the body, pH, species */
 }
 
 static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
-    unsigned drawn = pdi_sight_wanted(m->setup) ? 1u << pdi_sight_field(m->setup) : 0;
+    pd_fields drawn = pdi_sight_wanted(m->setup) ? pdi_setup_field_bit(pdi_sight_field(m->setup)) : 0;
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
@@ -69,8 +69,8 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_setup_field_name((pd_field)k);
-        f->unit = pdi_output_unit((pd_field)k, unit[k]);
+        f->name = pdi_setup_field_name(m->setup, (pd_field)k);
+        f->unit = pdi_output_unit(m->setup, (pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -129,10 +129,10 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
                 char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
-                const char *known = pdi_output_unit((pd_field)f, unit);
+                const char *known = pdi_output_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
-                             pdi_setup_field_name((pd_field)f), part, known ? known : "-");
+                             pdi_setup_field_name(m->setup, (pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_sample_probe(m, (pd_field)f, d, p->at);
             }
@@ -204,7 +204,7 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
-    unsigned fields = 0;
+    pd_fields fields = 0;
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pdi_sample_prepare(ctx, out->model, fields);
     pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);

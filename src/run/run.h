@@ -55,6 +55,9 @@ typedef struct pd_run_result {
     int has_front;
     double front;         /* [m] see pd_observables */
     int has_flux;
+    int sheds;            /* 1: a gas comes off metal: */
+    double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
+    double gas_volume;    /* [m3] the same, of it at the temperature and 1 atm */
     double flux, flux_max; /* [-] see pd_observables */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */

@@ -37,6 +37,13 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
+/* [total] [mol/m3] concentration of a species; NULL: it is no field of one. */
+static const double *pdi_sample_species(const pd_model *m, pd_field field)
+{
+    int species = pdi_setup_field_species(field), n = species < 0 ? -1 : m->reactive.components.place[species];
+    return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
+}
+
 /* A component of the stress of a point [Pa]. */
 static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
 {
@@ -73,8 +80,11 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
 {
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
+    const double *species = pdi_sample_species(m, field);
     double square = 0.0;
+    if (species) return fluid ? species[i] : 0.0;
     switch (field) {
+    case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
@@ -106,18 +116,21 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_XY:
     case PD_FIELD_YZ:
     case PD_FIELD_ZX: return pdi_sample_solid(m, field, i);
+    case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
     return 0.0;
 }
 
-PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, unsigned fields)
+PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     const pd_solid *solid = &m->structure.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
     for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+    for (int n = 0; n < m->reactive.components.solutes; n++)
+        pd_ghosts_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
     if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
         solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
 }
@@ -145,9 +158,10 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds: linear between the fluid nodes around x. */
-static double pdi_sample_between(const pd_grid *grid, const double *f, const double *x)
+/* Without bonds, and of pH (f: NULL): linear between the fluid nodes around x. */
+static double pdi_sample_between(const pd_model *m, const double *f, const double *x)
 {
+    const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
     for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
         double weight = 1.0;
@@ -161,7 +175,7 @@ static double pdi_sample_between(const pd_grid *grid, const double *f, const dou
         if (!pdi_grid_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
         if (grid->kind[node] != PD_FLUID) continue;
-        sum += weight * f[node];
+        sum += weight * (f ? f[node] : pd_reactive_ph(&m->reactive, node));
         weights += weight;
     }
     return sum / weights;
@@ -179,6 +193,9 @@ typedef struct pdi_sample_job {
     double side;      /* of the surface of a medium: what lies behind does not count, fields bend there; 0: none */
     pdi_quadratic fit;
 } pdi_sample_job;
+
+/* 1: a concentration. */
+static int pdi_sample_dissolved(pd_field field) { return field == PD_FIELD_C || pdi_setup_field_species(field) >= 0; }
 
 /* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
@@ -209,8 +226,8 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
         if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
         pdi_quadratic_value(&job->fit, place, u[job->component]);
     }
-    if (job->field != PD_FIELD_C || pdi_sample_medium(m, place) * job->side < 0.0) return;
-    if (m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
+    if (!pdi_sample_dissolved(job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (job->field == PD_FIELD_C && m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
     if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
     else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
         pdi_quadratic_slope(&job->fit, place, normal, 0.0);
@@ -227,7 +244,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
-    for (int d = 0; d < PD_DIM && inlet && job->field == PD_FIELD_C; d++) {
+    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
         if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = fmin(share, inside / abs(step));
@@ -334,17 +351,18 @@ PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component,
     if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.f = m->flow.p;
     if (field == PD_FIELD_C) job.f = m->transport.c;
+    if (pdi_setup_field_species(field) >= 0) job.f = pdi_sample_species(m, field);
     if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
-    if (!job.f) {
+    if (!job.f && field != PD_FIELD_PH) {
         int cells = pdi_sample_cells(&m->grid, x, node);
         return pdi_sample_node(m, field, node[cells - 1]);
     }
     int fluid = pdi_sample_bases(m, x, node);
     /* a gas has jumps, and slips along walls */
-    if (fluid && m->setup->has_gas) return pdi_sample_between(&m->grid, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.f)) return pdi_sample_between(m, job.f, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(&m->grid, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, job.f, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }

@@ -102,6 +102,27 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
+static void pdi_summary_chemistry(const pdi_summary *s)
+{
+    const pd_setup *u = s->model->setup;
+    const pd_components *c = &s->model->reactive.components;
+    char text[384], until[PD_UNITS_TEXT];
+    if (!u->has_chemistry) return;
+    pdi_setup_show(u->until, "s", until);
+    snprintf(text, sizeof text, "%d solutes of %d components, %d reactions (%d with a rate), %s, %.5g K, %s%s",
+             c->solutes, c->count, u->electrolyte.reactions, c->kinetics,
+             u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
+             u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
+    pdi_summary_part(s, PD_PART_CHEMISTRY, "chemistry", text);
+    if (!u->sheds) return;
+    snprintf(text, sizeof text, "one of metal:");
+    for (int k = 0; k < u->electrolyte.count; k++)
+        if (fabs(u->shed[k]) > 0.0)
+            pdi_append(text, sizeof text, " %+g %s", u->shed[k], u->electrolyte.species[k].name);
+    if (u->gas[0]) pdi_append(text, sizeof text, " %+g %s", u->gas_shed, u->gas);
+    pdi_summary_line(s, "  %-12s%s", "", text);
+}
+
 /* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
 static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
@@ -209,11 +230,11 @@ static void pdi_summary_absent(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
-                                 "mechanics"};
+                                 "mechanics", "chemistry"};
     const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid};
+                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry};
     int absent = 0;
-    for (int k = 0; k < 7; k++) {
+    for (int k = 0; k < 8; k++) {
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
@@ -233,6 +254,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_flow(&s);
     pdi_summary_gas(&s);
     pdi_summary_transport(&s);
+    pdi_summary_chemistry(&s);
     pdi_summary_dissolve(&s);
     pdi_summary_corrode(&s);
     pdi_summary_grains(&s);

@@ -23,23 +23,22 @@ static void pdi_view_fill(const pd_model *m, pd_field field, int64_t cells, doub
 PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
 {
     const pd_grid *g = &model->grid;
-    int field = 0;
+    int field = pdi_setup_field_find(model->setup, name);
     memset(view, 0, sizeof *view);
-    while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name((pd_field)field), name) != 0) field++;
     if (field == PD_FIELD_COUNT)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
-                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density or damage",
-                        name);
+                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
+                        "pH or a species", name);
     const char *needs = pdi_setup_field_needs(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
     for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
     if (!views->field[field])
         PDI_TRY(PDI_NEW(ctx, "view", pdi_view_components(field) * views->cells, views->field[field]));
-    pdi_sample_prepare(ctx, model, 1u << field);
+    pdi_sample_prepare(ctx, model, pdi_setup_field_bit(field));
     pdi_view_fill(model, (pd_field)field, views->cells, views->field[field]);
     view->data = views->field[field];
-    view->label = pdi_setup_field_label((pd_field)field);
+    view->label = pdi_setup_field_label(model->setup, (pd_field)field);
     view->components = pdi_view_components(field);
     view->part = views->cells;
     for (int d = 0; d < PD_DIM; d++) {

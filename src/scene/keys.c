@@ -176,6 +176,9 @@ static const pd_key pdi_keys_of_dissolve[] = {
      "electrons that an atom gives off, for currents in the summary"},
     {"gb_factor", "-", "1",
      "factor on the speed in a grain boundary; needs `grains`"},
+    {"reaction", "text", "none",
+     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
+     "balanced in elements and charge, the metal by its symbol"},
     {"threshold", "-", "0",
      "share of the content that stays in a node when it turns fluid, up to 0.99"},
     {"m", "-", "3, or that of the fluid when it is longer",
@@ -188,6 +191,9 @@ static const pd_key pdi_keys_of_corrode[] = {
      "the same as a current density: speed = `i/(z F Cs)`"},
     {"rate_scale", "-", "1",
      "factor of `rate` or `current`"},
+    {"reaction", "text", "none",
+     "by which the metal enters the species of `[chemistry]`, for example `Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)`: "
+     "balanced in elements and charge, the metal by its symbol"},
     {"Csat", "mol/m3", "required",
      "saturation concentration: a node that is down to it turns fluid; fluid that has reached it takes no more "
      "(salt layer)"},
@@ -294,10 +300,10 @@ static const pd_key pdi_keys_of_output[] = {
     {"every", "s", "until/20",
      "time between frames"},
     {"fields", "-",
-     "C, v, p, kind, grain as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
+     "C, v, p, kind, grain, pH as far as they exist; with `[gas]` density, v, p, energy, kind; with `[solid]` C, v, p, "
      "kind, grain, u, mises, sigma_h, eps_p, broken",
      "fields of the VTK files: `C`, `v`, `p`, `kind`, `grain`, `phase`, `D`, `rate`, `density`, `damage`, `energy`, "
-     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, or `none`"},
+     "`u`, `mises`, `sigma_h`, `eps_p`, `broken`, `pH`, a species such as `Mg2+`, or `none`"},
     {"images", "-", "none",
      "fields that are drawn, from the same list"},
     {"range", "of the field", "of all frames",
@@ -341,7 +347,7 @@ static const pd_key pdi_keys_of_output[] = {
 static const pd_key pdi_keys_of_probe[] = {
     {"at", "m", "required",
      "place, a coordinate an axis"},
-    {"fields", "-", "C; without transport v",
+    {"fields", "-", "C; without transport pH or v",
      "some of those of `[output]`"}};
 
 static const pd_key pdi_keys_of_line[] = {
@@ -351,7 +357,7 @@ static const pd_key pdi_keys_of_line[] = {
      "number of points, with the ends"},
     {"spacing", "m", "-",
      "largest distance between points"},
-    {"fields", "-", "C, v, p as far as they exist",
+    {"fields", "-", "C, v, p, pH as far as they exist",
      "some of those of `[output]`"},
     {"images", "-", "all",
      "those of the fields that are drawn, or `none`"}};
@@ -428,6 +434,8 @@ static const pd_key pdi_keys_of_chemistry[] = {
      "ion that comes or goes with the acid or base of `pH`"},
     {"balance", "-", "none: charges have to sum to 0",
      "ion that makes up for the sum of charges of what is written"},
+    {"time", "-", "implicit",
+     "of a run: `implicit`, steps in time with the error `rtol` of `[run]`, or `steady`: the fields at rest alone"},
     {"minerals", "-", "given",
      "`given`: those alone dissolve and grow that have an amount at the start; `all`: each forms that can"}};
 

@@ -15,7 +15,7 @@ typedef struct pdi_read_drawing {
     pd_text *text;
     pd_setup *setup;
     int section;
-    unsigned drawn; /* bit k: a picture shows pd_field k */
+    pd_fields drawn; /* bit k: a picture shows pd_field k */
 } pdi_read_drawing;
 
 /* The next part of a list with commas, without blanks around it; 0 at the end. */
@@ -36,7 +36,7 @@ static int pdi_read_drawing_item(const char **list, char *item)
 static pd_status pdi_read_drawing_field(pdi_read_drawing *r, const char *key, const char *name, int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name((pd_field)*field)) == 0)
+        if ((r->drawn >> *field & 1u) && strcmp(name, pdi_setup_field_name(r->setup, (pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                            name);
@@ -71,7 +71,7 @@ static pd_status pdi_read_drawing_one_range(pdi_read_drawing *r, char *item)
     char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
     item[word] = '\0';
     PDI_TRY(pdi_read_drawing_field(r, "range", item, &field));
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     if (pdi_setup_field_numbered((pd_field)field))
         return pdi_text_refuse(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                item);
@@ -138,7 +138,7 @@ static pd_status pdi_read_drawing_log(pdi_read_drawing *r)
     pd_setup_drawing *drawing = &r->setup->drawing;
     PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        const char *name = pdi_setup_field_name((pd_field)k);
+        const char *name = pdi_setup_field_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PDI_TRY(pdi_read_drawing_field(r, "log", name, &field));
@@ -181,8 +181,8 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 {
     pd_setup_drawing *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_DRAWING_ITEM];
-    const char *behind = from, *name = pdi_setup_field_name((pd_field)field);
-    pdi_setup_field_unit((pd_field)field, unit);
+    const char *behind = from, *name = pdi_setup_field_name(r->setup, (pd_field)field);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     while (behind += strspn(behind, " \t"), pdi_read_drawing_digit(behind)) behind += strcspn(behind, " \t");
     for (const char *at = from; at < behind; at += strspn(at, " \t")) {
         size_t length = strcspn(at, " \t");
@@ -201,7 +201,7 @@ static pd_status pdi_read_drawing_levels(pdi_read_drawing *r, const char *from, 
 /* Lines can be drawn over the picture of the field. */
 static pd_status pdi_read_drawing_still(pdi_read_drawing *r, const char *key, int field)
 {
-    const char *name = pdi_setup_field_name((pd_field)field);
+    const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
     if (!pdi_setup_field_metal((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
     return pdi_text_refuse(r->ctx, r->text, r->section, key, "found '%s', which 'deformed' draws where the metal has "
                            "moved to, expected a field of the fluid", name);
@@ -227,7 +227,7 @@ static pd_status pdi_read_drawing_contour(pdi_read_drawing *r, char *item)
     }
     drawing->contours[field] = pdi_read_drawing_count(from, 1, PD_SETUP_CONTOURS);
     if (drawing->contours[field]) return PD_OK;
-    pdi_setup_field_unit((pd_field)field, unit);
+    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
     return pdi_text_refuse(r->ctx, r->text, r->section, "contours", "found '%.60s' behind '%s', expected a number of "
                            "lines from 1 to %d, or values: %s at 1 2 %s", from, item, PD_SETUP_CONTOURS, item, unit);
 }
@@ -288,7 +288,7 @@ static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
     drawing->surface = 1;
     if (strcmp(word, "yes") == 0) return PD_OK;
-    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name((pd_field)k)) != 0) k++;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name(r->setup, (pd_field)k)) != 0) k++;
     if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%.40s', expected yes, no or a field "
                                "with values on the surface of the metal", word);
@@ -296,7 +296,7 @@ static pd_status pdi_read_drawing_surface(pdi_read_drawing *r)
         return pdi_text_refuse(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
                                pdi_setup_field_needs(r->setup, (pd_field)k));
     drawing->surface = 2 + k;
-    r->drawn |= 1u << k;
+    r->drawn |= pdi_setup_field_bit(k);
     return PD_OK;
 }
 

@@ -230,8 +230,10 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
 {
     static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
     pd_electrolyte *e = s->e;
+    const char *files; /* they are in the text */
     int activity, at = s->chemistry;
-    pdi_text_has(s->ctx, s->text, at, "include");
+    if (pdi_text_has(s->ctx, s->text, at, "include"))
+        PDI_TRY(pdi_text_string(s->ctx, s->text, at, "include", NULL, &files));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
     PDI_TRY(pdi_text_number(s->ctx, s->text, at, "temperature", "K", "298.15 K", &e->temperature));

@@ -326,8 +326,9 @@ static pd_status pdi_read_flat_output(pd_ctx *ctx, pd_text *text, const pdi_read
     setup->every = f->T_final / PDI_READ_FLAT_FRAMES;
     setup->fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (!pdi_setup_field_needs(setup, (pd_field)k)) setup->fields |= 1u << k;
-    setup->images = setup->fields & ((1u << PD_FIELD_C) | (1u << PD_FIELD_V) | (1u << PD_FIELD_GRAIN));
+        if (!pdi_setup_field_needs(setup, (pd_field)k)) setup->fields |= pdi_setup_field_bit(k);
+    setup->images = setup->fields & (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_V) |
+                                     pdi_setup_field_bit(PD_FIELD_GRAIN));
     return PD_OK;
 }
 

@@ -17,7 +17,7 @@ typedef struct pdi_read_monitors {
 /* ---- values ---- */
 
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                          const char *key, const char *fallback, unsigned *bits)
+                                          const char *key, const char *fallback, pd_fields *bits)
 {
     pd_word_list list;
     int given = pdi_text_has(ctx, text, section, key);
@@ -25,16 +25,16 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
-        int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(list.word[w], pdi_setup_field_name((pd_field)field)) != 0) field++;
+        int field = pdi_setup_field_find(setup, list.word[w]);
         if (field == PD_FIELD_COUNT)
             return pdi_text_refuse(ctx, text, section, key,
                                    "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                   " rate, density, damage, energy, or none", list.word[w]);
+                                   " rate, density, damage, energy%s, or none", list.word[w],
+                                   setup->has_chemistry ? ", pH, species such as Na+" : "");
         const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
         if (needs && given)
             return pdi_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= 1u << field;
+        if (!needs) *bits |= pdi_setup_field_bit(field);
     }
     return PD_OK;
 }
@@ -130,7 +130,7 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     length = sqrt(length);
     if (!(length > 0.0))
         return pdi_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
-    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p", &m->fields));
+    PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p, pH", &m->fields));
     m->images = m->fields;
     if (pdi_text_has(w->ctx, w->text, w->section, "images"))
         PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
@@ -285,7 +285,8 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
     PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
-    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields", u->has_transport ? "C" : "v",
+    return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
+                                    u->has_transport ? "C" : u->has_chemistry ? "pH" : "v",
                                     &p->fields);
 }
 

@@ -10,7 +10,7 @@
 PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
 /* Bits of the list of fields under `key`; what the list names must exist in this scene, the fallback need not. */
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                          const char *key, const char *fallback, unsigned *bits);
+                                          const char *key, const char *fallback, pd_fields *bits);
 /* "x 1 mm": an axis and a place [m] inside the box. */
 PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                          const char *key, int *axis, double *at);

@@ -7,6 +7,7 @@
 #include "scene/read_shapes.h"
 #include "scene/read_metal.h"
 #include "scene/read_electrolyte.h"
+#include "scene/read_chemistry.h"
 #include "scene/read_gas.h"
 #include "scene/read_solid.h"
 #include "scene/read_cuts.h"
@@ -403,12 +404,15 @@ static pd_status pdi_scene_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme;
+    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme, species = u->settle;
     if (!pdi_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
+    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, times[species], &u->settle));
+    if (u->has_chemistry && u->settle != species)
+        return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside [chemistry] with time = %s, "
+                               "expected the same", times[u->settle], times[species]);
     if (u->settle && u->has_dissolve)
         return pdi_text_refuse(s->ctx, s->text, section, "time",
                                "found 'steady' beside metal that dissolves, expected implicit");
@@ -424,7 +428,7 @@ static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, c
         if (pdi_setup_timed(&expr[k]))
             return pdi_text_refuse(s->ctx, s->text, section, key,
                                    "found a function of t in a scene that is steady, expected until = ... in [run], "
-                                   "time = implicit in [flow] or [transport], or a function of the place");
+                                   "time = implicit in [flow], [transport] or [chemistry], or a function of the place");
     return PD_OK;
 }
 
@@ -463,18 +467,19 @@ static pd_status pdi_scene_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pdi_text_section(s->ctx, s->text, "run", NULL);
+    int carries = u->has_transport || u->has_chemistry;
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !u->has_transport &&
+    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid) && !carries &&
                   pdi_text_has(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
-    if (rests && !follows && !u->has_gas && (!u->has_transport || u->settle)) return pdi_scene_timeless(s);
+    if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_timeless(s);
     PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
     PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
     if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
         return pdi_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
                                " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
-    if (!u->has_transport) return PD_OK;
+    if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
         PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
@@ -538,7 +543,7 @@ static pd_status pdi_scene_output(pdi_reader *s)
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
-                                     "C, v, p, kind, grain", &u->fields));
+                                     "C, v, p, kind, grain, pH", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_deformed(s, section));
     PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
@@ -568,21 +573,6 @@ static void pdi_scene_lines(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
 }
 
-/* Species of their own; no run carries them. */
-static pd_status pdi_scene_chemistry(pdi_reader *s)
-{
-    static const char *const names[] = {"chemistry", "species", "reaction"};
-    int first = -1;
-    for (size_t k = 0; k < sizeof names / sizeof names[0] && first < 0; k++)
-        first = pdi_text_next(s->ctx, s->text, names[k], -1);
-    if (first < 0) return PD_OK;
-    s->setup->has_chemistry = 1;
-    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->setup->electrolyte));
-    return pdi_text_refuse(s->ctx, s->text, first, "chemistry",
-                           "found species, which no run carries yet, expected these sections to be left out, or "
-                           "--speciate for their equilibrium");
-}
-
 static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
@@ -604,7 +594,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
     PDI_TRY(pdi_read_metal_first(&s));
     PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
-    PDI_TRY(pdi_scene_chemistry(&s));
+    PDI_TRY(pdi_read_chemistry_read(&s));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_metal_constants(&s));
@@ -616,6 +606,7 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_metal_dissolve(&s));
     PDI_TRY(pdi_read_metal_corrode(&s));
     PDI_TRY(pdi_read_metal_laws(&s));
+    PDI_TRY(pdi_read_chemistry_metal(&s));
     PDI_TRY(pdi_read_solid_read(&s));
     PDI_TRY(pdi_read_cuts_read(&s));
     PDI_TRY(pdi_scene_run(&s));
@@ -623,9 +614,11 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid)
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
+        !setup->has_chemistry)
         return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport], [corrode] or [solid] section");
+                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry] "
+                               "or [solid] section");
     return PD_OK;
 }
 

@@ -8,7 +8,8 @@
 static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
                                                "phase", "D", "rate", "density", "damage", "energy",
                                                "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
-                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
+                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
+                                               "pH"};
 static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a place. */
 #if PD_DIM == 1
@@ -183,20 +184,45 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
-PDI_FN const char *pdi_setup_field_name(pd_field field) { return pdi_setup_fields[field]; }
+PDI_FN int pdi_setup_field_species(int field)
+{
+    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? field - PD_FIELD_SPECIES : -1;
+}
+
+PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
+
+PDI_FN int pdi_setup_field_stress(pd_field field) { return field >= PD_FIELD_XX && field <= PD_FIELD_ZX; }
+
+PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
+{
+    int species = pdi_setup_field_species(field);
+    return species < 0 ? pdi_setup_fields[field] : setup->electrolyte.species[species].name;
+}
+
+PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name)
+{
+    int field = 0;
+    while (field < PD_FIELD_COUNT && (!name[0] || strcmp(pdi_setup_field_name(setup, (pd_field)field), name) != 0))
+        field++;
+    return field;
+}
 
 static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
                                                "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
                                                "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
                                                "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
                                                "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]"};
+                                               "sigma_zx [Pa]", "pH"};
 
-PDI_FN const char *pdi_setup_field_label(pd_field field) { return pdi_setup_labels[field]; }
-
-PDI_FN void pdi_setup_field_unit(pd_field field, char *unit)
+PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
-    const char *from = strchr(pdi_setup_labels[field], '[');
+    int species = pdi_setup_field_species(field);
+    return species < 0 ? pdi_setup_labels[field] : setup->species_label[species];
+}
+
+PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit)
+{
+    const char *from = strchr(pdi_setup_field_label(setup, field), '[');
     snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
 }
 
@@ -208,7 +234,7 @@ PDI_FN int pdi_setup_field_numbered(pd_field field)
 PDI_FN int pdi_setup_field_metal(pd_field field)
 {
     return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || field >= PD_FIELD_U;
+           field == PD_FIELD_DAMAGE || pdi_setup_field_body(field);
 }
 
 static int pdi_setup_stressed(const pd_setup *setup)
@@ -216,8 +242,19 @@ static int pdi_setup_stressed(const pd_setup *setup)
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
 }
 
+/* The same of pH and of species. */
+static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
+{
+    const pd_electrolyte *e = &setup->electrolyte;
+    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(field);
+    if (!setup->has_chemistry) return "a [chemistry] section";
+    if (species >= 0 && species < e->count && e->species[species].phase == PD_PHASE_SOLUTE) return NULL;
+    return field == PD_FIELD_PH ? "the species H+" : "a solute";
+}
+
 PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
 {
+    if (field >= PD_FIELD_PH) return pdi_setup_dissolved_needs(setup, field);
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
@@ -251,6 +288,8 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
         return "a [flow], [gas], [dissolve] or [corrode] section";
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
+    case PD_FIELD_PH:
+    case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
     return NULL;

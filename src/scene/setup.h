@@ -55,8 +55,12 @@ typedef enum pd_field {
     PD_FIELD_XY,
     PD_FIELD_YZ,
     PD_FIELD_ZX,
-    PD_FIELD_COUNT
+    PD_FIELD_PH,      /* of the electrolyte */
+    PD_FIELD_SPECIES, /* the first of its species; the others behind it, in their order */
+    PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
 } pd_field;
+
+typedef uint64_t pd_fields; /* bit k: pd_field k */
 
 /* Parts of a model, in the order of the summary. */
 typedef enum pd_part {
@@ -67,6 +71,7 @@ typedef enum pd_part {
     PD_PART_DISSOLVE,
     PD_PART_GRAIN,
     PD_PART_SOLID,
+    PD_PART_CHEMISTRY,
     PD_PART_COUNT
 } pd_part;
 
@@ -113,7 +118,7 @@ typedef enum pd_motion {
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
     double at[PD_DIM]; /* [m] */
-    unsigned fields;   /* bit k: pd_field k */
+    pd_fields fields;
     int line;          /* of the file */
 } pd_setup_probe;
 
@@ -147,7 +152,7 @@ typedef struct pd_setup_monitor {
     char name[PD_SETUP_NAME];
     int line;                      /* of the file */
     double lo[PD_DIM], hi[PD_DIM]; /* [m] the box; line: its ends */
-    unsigned fields, images;       /* line. bit k: pd_field k */
+    pd_fields fields, images;      /* line */
     int points;                    /* line */
     int axis;                      /* plane: across it; transfer: of the local values, -1: none */
     int index;                     /* plane: between the cells index - 1 and index; grip, cut: its place */
@@ -240,7 +245,7 @@ typedef struct pd_setup_body {
 typedef struct pd_setup_drawing {
     double range[PD_FIELD_COUNT][2]; /* [unit of the field] of the colours; equal: that of all frames */
     int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: that of the field */
-    unsigned log;                    /* bit k: pd_field k by its logarithm */
+    pd_fields log;                   /* by their logarithm */
     double percentile;               /* [-] share of the values of a frame that count for its range; 0: all */
     int width;                       /* [pixel] of the field; 0: as of pd_picture */
     int smooth;                      /* 1: linear between the middles of cells */
@@ -337,6 +342,11 @@ typedef struct pd_setup {
     /* species and reactions */
     int has_chemistry;
     pd_electrolyte electrolyte;
+    char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
+    int sheds;                       /* 1: what metal loses enters the species by a reaction at its surface: */
+    double shed[PD_SPECIES_MOST];    /* [-] species that come with one of the metal; negative: they go */
+    char gas[PD_SPECIES_NAME];       /* that comes off; "": none */
+    double gas_shed;                 /* [-] of it */
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] */
     pd_expr_table *function; /* [tables] of `table`, as expressions want them */
@@ -348,7 +358,7 @@ typedef struct pd_setup {
     double max_step;        /* [s] 0: none */
     /* output */
     double every;           /* [s] */
-    unsigned fields, images; /* bit k: pd_field k */
+    pd_fields fields, images;
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: the axis across the drawn plane */
     double slice_at;        /* [m] */
@@ -389,12 +399,22 @@ PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key
                                    uint32_t uses);
 
 #ifdef PDI_INTERNAL
-/* Name of a field in files: "C", "v", ... */
-PDI_FN const char *pdi_setup_field_name(pd_field field);
+/* Name of a field in files: "C", "v", "Mg2+", ...; "": the setup has no such species. */
+PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field);
 /* "C [mol/m3]" */
-PDI_FN const char *pdi_setup_field_label(pd_field field);
+PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
 /* unit[PD_UNITS_TEXT]: "mol/m3"; "": it is a plain number. */
-PDI_FN void pdi_setup_field_unit(pd_field field, char *unit);
+PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
+/* The field of this name; PD_FIELD_COUNT: there is none. */
+PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
+/* Species of the electrolyte whose concentration it is; -1: it is none. */
+PDI_FN int pdi_setup_field_species(int field);
+/* 1: displacements, stresses and the like. */
+PDI_FN int pdi_setup_field_body(pd_field field);
+/* 1: a stress along axes. */
+PDI_FN int pdi_setup_field_stress(pd_field field);
+/* Its bit. */
+static inline pd_fields pdi_setup_field_bit(int field) { return (pd_fields)1 << field; }
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* 1: the metal has the field. */

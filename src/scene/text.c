@@ -193,27 +193,35 @@ static const char *pdi_text_free_key(const pd_text *text, int section)
     return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
 }
 
-/* Length of the key at t; in a section with a free text those of its table alone count. */
-static size_t pdi_text_begins(const pd_text *text, int section, const char *t, size_t *value)
+/* The key of `size` bytes at t in the table of its section; NULL: there is none. */
+static const pd_key *pdi_text_listed(const pd_text *text, int section, const char *t, size_t size)
 {
+    const pd_key_section *table = pdi_keys_section(text->section[section].name);
     char key[PD_TEXT_WORD];
-    size_t size = pdi_text_pair(t, value);
-    if (size == 0 || size >= sizeof key || !pdi_text_free_key(text, section)) return size;
+    if (!table || size >= sizeof key) return NULL;
     memcpy(key, t, size);
     key[size] = '\0';
-    return pdi_keys_find(pdi_keys_section(text->section[section].name), key) ? size : 0;
+    return pdi_keys_find(table, key);
+}
+
+/* Length of the key at t; in a section with a free text, and `within` one, those of its table alone count. */
+static size_t pdi_text_begins(const pd_text *text, int section, const char *t, int within, size_t *value)
+{
+    size_t size = pdi_text_pair(t, value);
+    if (size == 0 || size >= PD_TEXT_WORD || !(within || pdi_text_free_key(text, section))) return size;
+    return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
-static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, size_t at,
-                                    size_t *end)
+static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
+                                    size_t at, size_t *end)
 {
     size_t start = at, open = 0, unused;
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
         int apart = depth == 0 && (pdi_units_blank(before) || before == ',');
-        if (apart && pdi_text_begins(text, section, t + at, &unused) > 0) break;
+        if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
         if (t[at] == '[' || t[at] == ']')
@@ -232,12 +240,14 @@ static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, in
     if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
     at = pdi_text_skip(t, at);
     while (t[at] != '\0') {
-        size_t key = at, size = pdi_text_begins(text, *section, t + at, &value);
+        size_t key = at, size = pdi_text_begins(text, *section, t + at, 0, &value);
         const char *name = size ? t + key : pdi_text_free_key(text, *section);
         if (!name)
             return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
         value = size ? pdi_text_skip(t, at + value) : at;
-        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, value, &at));
+        const pd_key *listed = size ? pdi_text_listed(text, *section, t + key, size) : NULL;
+        int within = listed && strcmp(listed->unit, "text") == 0;
+        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, within, value, &at));
         for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';

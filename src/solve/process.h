@@ -79,6 +79,8 @@ typedef struct pd_process {
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
     /* Add the present amounts of element k of this process. */
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
+    /* Worst relative imbalance [-] of what the process keeps a balance of by itself. */
+    double (*imbalance)(pd_ctx *ctx, void *self);
 } pd_process;
 
 #define pd_process_run PD_NAME(pd_process_run)

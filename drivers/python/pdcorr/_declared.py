@@ -234,7 +234,9 @@ PD_FIELD_ZZ = 19
 PD_FIELD_XY = 20
 PD_FIELD_YZ = 21
 PD_FIELD_ZX = 22
-PD_FIELD_COUNT = 23
+PD_FIELD_PH = 23
+PD_FIELD_SPECIES = 24
+PD_FIELD_COUNT = 56
 PD_PART_GRID = 0
 PD_PART_FLOW = 1
 PD_PART_GAS = 2
@@ -242,7 +244,8 @@ PD_PART_TRANSPORT = 3
 PD_PART_DISSOLVE = 4
 PD_PART_GRAIN = 5
 PD_PART_SOLID = 6
-PD_PART_COUNT = 7
+PD_PART_CHEMISTRY = 7
+PD_PART_COUNT = 8
 PD_PROFILE_REST = 0
 PD_PROFILE_UNIFORM = 1
 PD_PROFILE_PARABOLA = 2
@@ -309,8 +312,8 @@ ENUMS = {
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_COUNT': 23},
-    'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_COUNT': 7},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PH': 23, 'PD_FIELD_SPECIES': 24, 'PD_FIELD_COUNT': 56},
+    'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_COUNT': 8},
     'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
     'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
     'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7},
@@ -880,6 +883,7 @@ def declare(dim):
         ('changed', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_int32), c_int32)),
         ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
         ('balance', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, c_int, POINTER(pd_amounts))),
+        ('imbalance', CFUNCTYPE(c_double, POINTER(pd_ctx), c_void_p)),
     ]
 
     pd_least_squares_fn = CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))
@@ -1617,6 +1621,39 @@ def declare(dim):
         ('euler', c_int),
     ]
 
+    class pd_course_desc(Structure):
+        pass
+    pd_course_desc._fields_ = [
+        ('rtol', c_double),
+        ('largest', c_double),
+        ('settle', c_int),
+        ('fed', POINTER(c_double)),
+        ('shed', POINTER(c_double)),
+    ]
+
+    class pd_course(Structure):
+        pass
+    pd_course._fields_ = [
+        ('desc', pd_course_desc),
+        ('reactive', POINTER(pd_reactive)),
+        ('shed', c_double * 32),
+        ('start', POINTER(c_double)),
+        ('carry', POINTER(c_double)),
+        ('in', c_double * 32),
+        ('out', c_double * 32),
+        ('time', c_double),
+        ('dt', c_double),
+        ('error', c_double),
+        ('left', c_double),
+        ('taken', c_double),
+        ('bent', c_int),
+        ('steps', c_int64),
+        ('rejected', c_int64),
+        ('krylov', c_int64),
+        ('newton', c_int64),
+        ('euler', c_int64),
+    ]
+
     class pd_body_desc(Structure):
         pass
     pd_body_desc._fields_ = [
@@ -2223,6 +2260,7 @@ def declare(dim):
         ('metal', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('factor', POINTER(c_double)),
+        ('sheds', c_int),
         ('model', c_int),
         ('saturation', c_double),
         ('rtol', c_double),
@@ -2287,6 +2325,7 @@ def declare(dim):
         ('moved', POINTER(c_double)),
         ('last_dt', c_double),
         ('turned', c_int32),
+        ('shed', POINTER(c_double)),
         ('rinsed', c_double),
         ('result', pd_transport_result),
         ('longest', c_double),
@@ -2565,6 +2604,7 @@ def declare(dim):
         ('element', pd_element * 8),
         ('ledger', pd_ledger * 8),
         ('elements', c_int),
+        ('apart', c_double),
         ('time', c_double),
         ('dt', c_double),
         ('started', c_int),
@@ -2915,6 +2955,8 @@ def declare(dim):
         ('word', c_char * 32 * 32),
     ]
 
+    pd_fields = c_uint64
+
     class pd_setup_side(Structure):
         pass
     pd_setup_side._fields_ = [
@@ -2947,7 +2989,7 @@ def declare(dim):
     pd_setup_probe._fields_ = [
         ('name', c_char * 64),
         ('at', c_double * dim),
-        ('fields', c_uint),
+        ('fields', pd_fields),
         ('line', c_int),
     ]
 
@@ -2966,8 +3008,8 @@ def declare(dim):
         ('line', c_int),
         ('lo', c_double * dim),
         ('hi', c_double * dim),
-        ('fields', c_uint),
-        ('images', c_uint),
+        ('fields', pd_fields),
+        ('images', pd_fields),
         ('points', c_int),
         ('axis', c_int),
         ('index', c_int),
@@ -3064,19 +3106,19 @@ def declare(dim):
     class pd_setup_drawing(Structure):
         pass
     pd_setup_drawing._fields_ = [
-        ('range', c_double * 2 * 23),
-        ('map', c_int * 23),
-        ('log', c_uint),
+        ('range', c_double * 2 * 56),
+        ('map', c_int * 56),
+        ('log', pd_fields),
         ('percentile', c_double),
         ('width', c_int),
         ('smooth', c_int),
         ('animate', c_int),
         ('formats', c_uint),
-        ('contours', c_int * 23),
-        ('levels', c_int * 23),
-        ('level', c_double * 32 * 23),
-        ('streamlines', c_int * 23),
-        ('vectors', c_int * 23),
+        ('contours', c_int * 56),
+        ('levels', c_int * 56),
+        ('level', c_double * 32 * 56),
+        ('streamlines', c_int * 56),
+        ('vectors', c_int * 56),
         ('surface', c_int),
         ('way', c_double * 3),
     ]
@@ -3087,7 +3129,7 @@ def declare(dim):
         ('name', c_char * 64),
         ('folder', c_char * 1024),
         ('source', c_char * 1024),
-        ('line', c_int * 7),
+        ('line', c_int * 8),
         ('shape_line', c_int),
         ('fingerprint', POINTER(c_char)),
         ('fingerprint_size', c_size_t),
@@ -3166,6 +3208,11 @@ def declare(dim):
         ('metal_body', pd_setup_body),
         ('has_chemistry', c_int),
         ('electrolyte', pd_electrolyte),
+        ('species_label', c_char * 36 * 32),
+        ('sheds', c_int),
+        ('shed', c_double * 32),
+        ('gas', c_char * 24),
+        ('gas_shed', c_double),
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
         ('tables', c_int),
@@ -3174,8 +3221,8 @@ def declare(dim):
         ('fraction', c_double),
         ('max_step', c_double),
         ('every', c_double),
-        ('fields', c_uint),
-        ('images', c_uint),
+        ('fields', pd_fields),
+        ('images', pd_fields),
         ('prefix', c_char * 64),
         ('slice_axis', c_int),
         ('slice_at', c_double),
@@ -3227,7 +3274,7 @@ def declare(dim):
         ('cut', c_double),
         ('near', c_double),
         ('bonds', c_double),
-        ('bytes', c_double * 7),
+        ('bytes', c_double * 8),
         ('working', c_double),
         ('files', c_double),
         ('balance', c_double),
@@ -3254,6 +3301,8 @@ def declare(dim):
         ('gas', pd_gas),
         ('transport', pd_transport),
         ('two_stage', pd_two_stage),
+        ('reactive', pd_reactive),
+        ('course', pd_course),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
         ('factor', POINTER(c_double)),
@@ -3263,8 +3312,8 @@ def declare(dim):
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
         ('couple', pd_couple),
-        ('bytes', c_size_t * 7),
-        ('unknowns', c_int64 * 7),
+        ('bytes', c_size_t * 8),
+        ('unknowns', c_int64 * 8),
     ]
 
     class pd_observables(Structure):
@@ -3302,7 +3351,7 @@ def declare(dim):
         pass
     pd_views._fields_ = [
         ('cells', c_int64),
-        ('field', POINTER(c_double) * 23),
+        ('field', POINTER(c_double) * 56),
     ]
 
     class pd_images_view(Structure):
@@ -3333,11 +3382,11 @@ def declare(dim):
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
         ('sight', pd_shade),
-        ('view', pd_images_view * 24),
+        ('view', pd_images_view * 57),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
-        ('latest', c_uint),
+        ('latest', pd_fields),
         ('keeps', c_int),
         ('kept', pd_file),
         ('length', c_int64),
@@ -3353,7 +3402,7 @@ def declare(dim):
         ('probes', pd_csv),
         ('frame', c_int),
         ('written', c_double),
-        ('scalar', POINTER(c_double) * 23),
+        ('scalar', POINTER(c_double) * 56),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
@@ -3508,6 +3557,9 @@ def declare(dim):
         ('has_front', c_int),
         ('front', c_double),
         ('has_flux', c_int),
+        ('sheds', c_int),
+        ('gas', c_double),
+        ('gas_volume', c_double),
         ('flux', c_double),
         ('flux_max', c_double),
         ('residual', c_double),
@@ -3742,6 +3794,9 @@ def declare(dim):
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
+        'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),
+        'pd_course_process': (pd_process, [POINTER(pd_course)]),
+        'pd_course_free': (None, [POINTER(pd_ctx), POINTER(pd_course)]),
         'pd_body_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body_desc), POINTER(pd_body)]),
         'pd_body_free': (None, [POINTER(pd_ctx), POINTER(pd_body)]),
         'pd_body_family': (c_int32, [POINTER(pd_body), c_int32, POINTER(c_int32), POINTER(c_uint8)]),

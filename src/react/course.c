@@ -1,0 +1,252 @@
+/* course: see course.h */
+#include "react/course.h"
+#include "core/owner.h"
+#include "core/par.h"
+#include "solve/sdirk.h"
+#include <math.h>
+#include <string.h>
+
+/* A step is at most this many times the one before, and one that is repeated at least this share of it. */
+#define PDI_COURSE_GROWTH 4.0
+#define PDI_COURSE_SHRINK 0.1
+/* So often a step without an estimate is made shorter before it stands. */
+#define PDI_COURSE_TRIALS 6
+/* Times of diffusion through the box after which fields are steady. */
+#define PDI_COURSE_LATE 1e6
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
+{
+    pd_course *course = (pd_course *)object;
+    const pd_reactive *r = course->reactive;
+    int64_t total = r ? r->grid->total : 0;
+    if (!r || course->desc.settle) return;
+    PDI_ARRAY(owner, course, start, r->components.solutes * total, "mol/m3");
+    PDI_ARRAY(owner, course, carry, r->components.count * total, "mol/m3");
+    PDI_VALUE(owner, course, time, "s");
+    PDI_VALUE(owner, course, dt, "s");
+    PDI_VALUE(owner, course, error, "1");
+    PDI_VALUE(owner, course, taken, "mol");
+    PDI_VALUE(owner, course, bent, "1");
+    PDI_VALUE(owner, course, steps, "1");
+    PDI_VALUE(owner, course, rejected, "1");
+    PDI_VALUE(owner, course, krylov, "1");
+    PDI_VALUE(owner, course, newton, "1");
+    PDI_VALUE(owner, course, euler, "1");
+}
+
+static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
+{
+    memset(a, 0, sizeof *a);
+    if (!(desc->rtol >= 0.0) || !(desc->largest >= 0.0) || !(desc->rtol + desc->largest < 1e100))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "course", "rtol %g and a largest step of %g s, expected finite values of "
+                        "at least 0", desc->rtol, desc->largest);
+    a->desc = *desc;
+    if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
+    a->desc.shed = NULL;
+    a->reactive = r;
+    for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
+        if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+    return pdi_owner_build(ctx, pdi_course_list, a);
+}
+
+pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
+{
+    pd_status status = pdi_course_make(ctx, r, desc, a);
+    if (status < 0) pd_course_free(ctx, a);
+    return status;
+}
+
+/* ---- metal ---- */
+
+/* Sources [mol/m3/s] that empty `fed` in what is left of the step of the run. */
+static void pdi_course_feed(pd_course *a)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    for (int32_t i = 0; i < (int32_t)total && a->desc.fed; i++) {
+        double rate = r->grid->kind[i] == PD_FLUID ? a->desc.fed[i] / a->left : 0.0;
+        for (int n = 0; n < r->components.solutes; n++) r->source[n * total + i] = a->shed[n] * rate;
+    }
+}
+
+/* What a step of dt [s] has taken of it. */
+static void pdi_course_taken(pd_course *a, double dt, int last)
+{
+    const pd_reactive *r = a->reactive;
+    pdi_sum sum = {0.0, 0.0};
+    double share = last ? 1.0 : dt / a->left;
+    for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++) {
+        if (r->grid->kind[i] != PD_FLUID) continue;
+        pdi_sum_add(&sum, share * a->desc.fed[i] * pdi_grid_circumference(r->grid, i));
+        a->desc.fed[i] = last ? 0.0 : a->desc.fed[i] * (1.0 - share);
+    }
+    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
+/* ---- the steps of a process ---- */
+
+static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
+{
+    pd_reactive *r = a->reactive;
+    int64_t total = r->grid->total;
+    pdi_par_copy(ctx, r->components.solutes * total, back ? a->start : r->c, back ? r->c : a->start);
+    pdi_par_copy(ctx, r->components.count * total, back ? a->carry : r->carry, back ? r->carry : a->carry);
+    memcpy(back ? r->in : a->in, back ? a->in : r->in, sizeof a->in);
+    memcpy(back ? r->out : a->out, back ? a->out : r->out, sizeof a->out);
+}
+
+static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    a->left = s->limit - s->time;
+    if (!(a->dt > 0.0)) a->dt = a->left;
+    a->time = s->time;
+    pdi_course_keep(ctx, a, 0);
+    pdi_course_feed(a);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
+    return PD_OK;
+}
+
+/* The flow is that of the middle of the step. */
+static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive_result result;
+    if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
+    a->krylov += result.krylov;
+    a->newton += result.newton;
+    a->error = result.error;
+    s->error = result.error / a->desc.rtol;
+    if (status == PD_RETRY) s->error = HUGE_VAL;
+    if (status != PD_OK) return status;
+    a->euler += result.euler;
+    if (a->bent) return PD_OK;
+    if (result.euler && !(result.error > 0.0)) {
+        if (s->trial >= PDI_COURSE_TRIALS) return PD_OK;
+        s->error = HUGE_VAL;
+    }
+    return s->error <= 1.0 ? PD_OK : PD_RETRY;
+}
+
+static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    (void)ctx;
+    pdi_course_taken(a, s->dt, !(s->end < s->limit));
+    a->time = s->end;
+    if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
+    a->bent = 0;
+    a->steps++;
+    return PD_OK;
+}
+
+static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
+{
+    pd_course *a = (pd_course *)self;
+    int last;
+    pdi_course_keep(ctx, a, 1);
+    a->rejected++;
+    a->dt = s->dt * (s->error < HUGE_VAL ? fmax(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
+                                         : PDI_COURSE_SHRINK);
+    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    return PD_OK;
+}
+
+static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+{
+    const pd_course *a = (const pd_course *)self;
+    return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the error of a step of %g s at t = %g s is %g of the largest "
+                    "concentrations, expected it to fall with the step", s->dt, s->time, a->error);
+}
+
+/* Steady fields: one step beyond all time scales. The balance begins with them. */
+static pd_status pdi_course_settle(pd_ctx *ctx, pd_course *a)
+{
+    pd_reactive *r = a->reactive;
+    pd_reactive_result result;
+    double square = 0.0, d = r->diffusion.desc.diffusivity;
+    for (int axis = 0; axis < PD_DIM; axis++) square = fmax(square, pow(r->grid->hi[axis] - r->grid->lo[axis], 2.0));
+    pd_status status = pd_reactive_step(ctx, r, PDI_COURSE_LATE * square / d, &result);
+    a->krylov += result.krylov;
+    a->newton += result.newton;
+    if (status == PD_OK) return pd_reactive_begin(ctx, r);
+    if (status < 0) return status;
+    return pdi_fail(ctx, PD_ERR_DIVERGED, "chemistry", "no steady concentrations were found in %d steps of Newton, "
+                    "expected time = implicit, which follows them to there", result.newton);
+}
+
+static pd_status pdi_course_start(pd_ctx *ctx, void *self, double t)
+{
+    pd_course *a = (pd_course *)self;
+    a->time = t;
+    return a->desc.settle ? pdi_course_settle(ctx, a) : PD_OK;
+}
+
+/* Nodes that were metal begin as water. */
+static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive *r = a->reactive;
+    double c[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
+    memset(none, 0, sizeof none);
+    memset(c, 0, sizeof c);
+    PDI_TRY(pd_reactive_update(ctx, r));
+    pdi_components_solve(&r->components, none, c);
+    for (int32_t k = 0; k < count; k++) pdi_reactive_put(r, c, turned[k], r->c);
+    a->bent = 1;
+    return PD_OK;
+}
+
+static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_course *a = (pd_course *)self;
+    pd_reactive *r = a->reactive;
+    PDI_TRY(pdi_owner_store(ctx, pdi_reactive_list, r, archive));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
+    PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
+    return pdi_owner_store(ctx, pdi_course_list, a, archive);
+}
+
+static double pdi_course_imbalance(pd_ctx *ctx, void *self)
+{
+    const pd_course *a = (const pd_course *)self;
+    pd_reactive_balance b;
+    double worst = 0.0;
+    for (int row = 0; row < a->reactive->rows; row++) {
+        pd_reactive_balance_of(ctx, a->reactive, row, &b);
+        worst = fmax(worst, b.relative);
+    }
+    return worst;
+}
+
+pd_process pd_course_process(pd_course *a)
+{
+    pd_process p;
+    memset(&p, 0, sizeof p);
+    p.name = "species in time";
+    p.self = a;
+    p.start = pdi_course_start;
+    p.changed = pdi_course_changed;
+    p.store = pdi_course_store;
+    p.imbalance = pdi_course_imbalance;
+    if (a->desc.settle) return p;
+    p.time = &a->time;
+    p.steps = &a->steps;
+    p.limit = pdi_course_limit;
+    p.attempt = pdi_course_attempt;
+    p.accept = pdi_course_accept;
+    p.reject = pdi_course_reject;
+    p.stuck = pdi_course_stuck;
+    return p;
+}
+
+void pd_course_free(pd_ctx *ctx, pd_course *a)
+{
+    pdi_owner_free(ctx, pdi_course_list, a);
+    memset(a, 0, sizeof *a);
+}
+PDI_COLD_END

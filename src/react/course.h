@@ -1,0 +1,53 @@
+/* course: species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
+ *
+ * Metal that dissolves gives amounts by node; they enter by the stoichiometry of a reaction, in the steps that follow
+ * up to the end of the step of the run. Nodes that turn fluid begin as water without solutes.
+ */
+#ifndef PD_COURSE_H
+#define PD_COURSE_H
+#include "react/advance.h"
+#include "solve/process.h"
+
+typedef struct pd_course_desc {
+    double rtol;    /* [-] error of a step in the totals, over the largest of each component; 0: 1e-3 */
+    double largest; /* [s] largest step; 0: none */
+    int settle;     /* 1: the fields start steady */
+    double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
+                     * none dissolves. Borrowed: it is emptied here */
+    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+} pd_course_desc;
+
+typedef struct pd_course {
+    pd_course_desc desc;    /* defaults filled in; shed is not kept */
+    pd_reactive *reactive;
+    double shed[PD_SPECIES_MOST];  /* [-] of solutes */
+    double *start;          /* [solutes][total] [mol/m3] at the start of the step */
+    double *carry;          /* [components][total] [mol/m3] the same */
+    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
+    double time;            /* [s] */
+    double dt;              /* [s] that is tried next; 0: not known yet */
+    double error;           /* [-] estimated error of the last step */
+    double left;            /* [s] of the step of the run */
+    double taken;           /* [mol] of metal that is in the species */
+    int bent;               /* 1: nodes have turned fluid; the next step is not judged */
+    int64_t steps, rejected, krylov, newton;
+    int64_t euler;          /* steps taken by backward Euler */
+} pd_course;
+
+#define pd_course_build PD_NAME(pd_course_build)
+#define pd_course_process PD_NAME(pd_course_process)
+#define pd_course_free PD_NAME(pd_course_free)
+
+/* reactive is borrowed, and of order 2 (steady fields: of order 1). PD_ERR_ARGUMENT: a knob is negative or not
+ * finite. */
+PD_API pd_status pd_course_build(pd_ctx *ctx, pd_reactive *reactive, const pd_course_desc *desc, pd_course *course);
+/* The species as a process. PD_ERR_STATE: the error does not fall with the step. PD_ERR_DIVERGED: no steady fields. */
+PD_API pd_process pd_course_process(pd_course *course);
+PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
+
+#ifdef PDI_INTERNAL
+/* Arrays of a pd_course. */
+PDI_FN void pdi_course_list(pdi_owner *owner, void *object);
+#endif
+
+#endif

@@ -1,0 +1,328 @@
+/* course: species in scenes: titration of a closed box by its metal against a table, fronts of acid and base against a
+ * closed form, one species against transport, what metal loses against what species gain, checkpoints, bad input.
+ * dims: 1 2 */
+#include "run/model.h"
+#include "run/sample.h"
+#include "run/view.h"
+#include "scene/scene.h"
+#include "checkpoint_model.h"
+#include "test.h"
+#include <stdlib.h>
+#include <string.h>
+
+#define IONS \
+    "[species H+] D = 9.31e-9 m2/s\n[species OH-] D = 5.27e-9 m2/s\n[species Na+] D = 1.33e-9 m2/s\n" \
+    "[species Cl-] D = 2.03e-9 m2/s\n[reaction water] H2O = H+ + OH-  log10_K = -14\n"
+/* HBSS as of cases/validate/chemistry.h, whose table was computed without this program */
+#define HBSS \
+    "[chemistry] activity = ideal  pH = 7.4  counter = Cl-  balance = Na+\n" IONS \
+    "[species Na+] initial = 145.73 mM\n[species Cl-] initial = 140 mM\n" \
+    "[species HCO3-] D = 1e-9 m2/s  initial = 4.17 mM\n" \
+    "[species HPO4-2] D = 1e-9 m2/s  initial = 0.78 mM\n[species H2PO4-] D = 1e-9 m2/s\n" \
+    "[species PO4-3] D = 1e-9 m2/s\n[species CO3-2] D = 1e-9 m2/s  initial = 4.17 mM * 10^(7.4 - 10.329)\n" \
+    "[species CO2] D = 2e-9 m2/s  initial = 4.17 mM * 10^(6.352 - 7.4)\n[species Mg2+] D = 0.7e-9 m2/s\n" \
+    "[reaction a] CO2 + H2O = HCO3- + H+  log10_K = -6.352\n[reaction b] HCO3- = CO3-2 + H+  log10_K = -10.329\n" \
+    "[reaction c] H2PO4- = HPO4-2 + H+  log10_K = -7.207\n[reaction d] HPO4-2 = PO4-3 + H+  log10_K = -12.346\n"
+#define SURFACE "reaction = Mg + 2 H2O = Mg2+ + 2 OH- + H2(g)"
+
+#if PD_DIM == 1
+#define BOX(h, x) "[grid] h = " h "  box = 0 .. " x "  threads = 1\n"
+#define ACROSS ""
+#define BLOCK(x) "[shape metal] kind = solid  box = " x "\n"
+#else
+#define BOX(h, x) "[grid] h = " h "  box = 0 .. " x ", 0 .. 3 * " h "  threads = 1\n"
+#define ACROSS "[side y-] flow = mirror\n[side y+] flow = mirror\n"
+#define BLOCK(x) "[shape metal] kind = solid  box = " x ", 0 .. 30 um\n"
+#endif
+
+static pd_ctx test_ctx;
+static pd_setup test_setup;
+static pd_model test_model;
+
+static int open_model(const char *text)
+{
+    pd_ctx_init(&test_ctx);
+    if (!CHECK_OK(&test_ctx, pd_scene_parse(&test_ctx, "a.scene", text, NULL, 0, &test_setup))) return 0;
+    return CHECK_OK(&test_ctx, pdi_model_build(&test_ctx, &test_setup, &test_model));
+}
+
+static void close_model(void)
+{
+    pdi_model_free(&test_ctx, &test_model);
+    pd_setup_free(&test_ctx, &test_setup);
+    CHECK_INT(test_ctx.in_use, 0);
+}
+
+static int run_to(double t)
+{
+    return CHECK_OK(&test_ctx, pd_couple_run(&test_ctx, &test_model.couple, t, 0.0, NULL, NULL));
+}
+
+/* All rows of the balance; `name` is that of one that is handed on. */
+static pd_reactive_balance balances(const char *name)
+{
+    pd_reactive_balance b, found;
+    memset(&found, 0, sizeof found);
+    for (int row = 0; row < test_model.reactive.rows; row++) {
+        pd_reactive_balance_of(&test_ctx, &test_model.reactive, row, &b);
+        if (!CHECK_LE(b.relative, 1e-12)) NOTE("%s", b.name);
+        if (strcmp(b.name, name) == 0) found = b;
+    }
+    CHECK_LE(pd_couple_imbalance(&test_model.couple), 1e-12);
+    return found;
+}
+
+static const double *species(const char *name)
+{
+    return pd_reactive_field(&test_model.reactive, pdi_electrolyte_find(&test_setup.electrolyte, name));
+}
+
+/* ---- metal ---- */
+
+/* Metal dissolves so slowly that the box is even: each Mg brings 2 OH-. shared table: [mM] of OH-, pH. */
+TEST(titration)
+{
+    static const double table[][2] = {{0.0, 7.400},  {0.05, 7.442}, {0.1, 7.486}, {0.2, 7.585}, {0.3, 7.701},
+                                      {0.5, 8.027},  {0.75, 8.734}, {1.0, 9.214}, {1.5, 9.649}, {2.0, 9.906},
+                                      {3.0, 10.275}, {5.0, 10.878}};
+    static const char text[] = BOX("10 um", "100 um") BLOCK("0 .. 20 um") ACROSS HBSS
+        "[transport] D = 0.7e-9 m2/s\n[dissolve] rate = 1e-14 m/s  " SURFACE "\n[run] until = 1 year  rtol = 0.01\n";
+    if (!open_model(text)) return;
+    double cs = test_setup.metal[0].solid_c, worst = 0.0;
+    for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) {
+        /* 80 um of fluid get rate cs t, two OH- each */
+        double t = table[k][0] * 80e-6 / (2.0 * 1e-14 * cs);
+        if (k && !run_to(t)) return;
+        if (!k) CHECK_OK(&test_ctx, pd_couple_start(&test_ctx, &test_model.couple));
+        for (int32_t i = 0; i < test_model.grid.total; i++)
+            if (test_model.grid.kind[i] == PD_FLUID)
+                worst = fmax(worst, fabs(pdi_sample_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
+    }
+    CHECK_LE(worst, 0.02);
+    pd_reactive_balance mg = balances("Mg");
+    CHECK_NEAR(mg.dissolved / (80e-6 * (PD_DIM == 2 ? 30e-6 : 1.0)), 2.5, 0.01);
+    close_model();
+}
+
+/* Nodes that turn fluid, in a stream in 2D: what the ledger of the metal has lost is in the species, and the gas. */
+TEST(amounts)
+{
+#if PD_DIM == 2
+    static const char text[] =
+        "[grid] h = 10 um  box = 0 .. 300 um, 0 .. 120 um  threads = 1\n"
+        "[side x-] flow = inlet  profile = parabola  mean = 0.5 mm/s\n[side x+] flow = outlet\n"
+        "[shape metal] kind = solid  ball = 100 um, 50 um  radius = 26 um\n[flow] rho = 1000 kg/m3  mu = 1 mPa s\n"
+#else
+    static const char text[] = BOX("10 um", "200 um") BLOCK("0 .. 60 um")
+#endif
+        "[chemistry] activity = ideal\n" IONS "[species Na+] initial = 1 mM\n[species Cl-] initial = 1 mM\n"
+        "[species Mg2+] D = 0.7e-9 m2/s\n[transport] D = 0.7e-9 m2/s\n"
+        "[dissolve] rate = 4 um/h  threshold = 0.01  " SURFACE "\n[run] until = 3 h  rtol = 0.02\n";
+    if (!open_model(text)) return;
+    int64_t solid = test_model.grid.solid_count;
+    if (!run_to(3.0 * 3600.0)) return;
+    CHECK(test_model.grid.solid_count < solid);
+    const pd_ledger *l = &test_model.couple.ledger[0];
+    double lost = l->solid_start - l->solid;
+    pd_reactive_balance mg = balances("Mg");
+    CHECK(lost > 0.05 * l->solid_start);
+    /* back: by diffusion against the stream, through the inlet */
+    double taken = test_model.course.taken, back = taken - mg.in;
+    CHECK(back >= 0.0 && back <= 1e-9 * taken);
+    CHECK_NEAR((taken - lost) / l->solid_start, 0.0, 1e-12);
+    CHECK_NEAR((mg.dissolved + mg.out + mg.carry + back - lost) / l->solid_start, 0.0, 1e-12);
+    CHECK_NEAR((taken - l->dissolved - l->carry - l->out + l->in) / l->solid_start, 0.0, 1e-12);
+    CHECK_NEAR(test_setup.gas_shed, 1.0, 0.0);
+    close_model();
+}
+
+/* ---- fronts, one species ---- */
+
+#define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = given  vx = " vx "\n"
+
+/* Base flows into acid, all of one D: u = OH - H+ diffuses in the stream, and the front stands where it is 0. With a
+ * value held at the inlet u = -a + (a + b) F of Ogata and Banks (1961). */
+static double carried(double x, double v, double d, double t)
+{
+    double root = 2.0 * sqrt(d * t);
+    return 0.5 * (erfc((x - v * t) / root) + exp(v * x / d) * erfc((x + v * t) / root));
+}
+
+TEST(front)
+{
+    static const char text[] =
+        BOX("10 um", "1 mm") ACROSS "[side x-] flow = inlet  profile = uniform  mean = 20 um/s\n"
+        "[side x+] flow = outlet\n" GIVEN("20 um/s")
+        "[chemistry] activity = ideal\n[species H+] D = 2e-9 m2/s  initial = 1 mM\n"
+        "[species OH-] D = 2e-9 m2/s  inlet = 2 mM\n"
+        "[species Na+] D = 2e-9 m2/s  inlet = 2 mM\n[species Cl-] D = 2e-9 m2/s  initial = 1 mM\n"
+        "[reaction water] H2O = H+ + OH-  log10_K = -14\n[species OH-] initial = 0\n[species H+] inlet = 0\n"
+        "[species Cl-] inlet = 0\n[run] until = 12 s\n";
+    double place = 0.0, before = 0.0, low = 0.0, high = 1e-3;
+    if (!open_model(text)) return;
+    if (!run_to(12.0)) return;
+    const double *h = species("H+"), *oh = species("OH-");
+    for (int k = 0; k < test_model.grid.n[0]; k++) {
+        int at[PD_DIM];
+        memset(at, 0, sizeof at);
+        at[0] = k;
+        int32_t i = pd_grid_node(&test_model.grid, at);
+        double u = oh[i] - h[i];
+        if (k && before > 0.0 && u <= 0.0) place = 1e-5 * (k - 0.5 + before / (before - u));
+        before = u;
+    }
+    for (int k = 0; k < 60; k++) {
+        double x = 0.5 * (low + high);
+        if (3.0 * carried(x, 20e-6, 2e-9, 12.0) > 1.0) low = x;
+        else high = x;
+    }
+    CHECK_NEAR(place / low, 1.0, 0.01);
+    balances("");
+    close_model();
+}
+
+/* As transport with upwinded fluxes in the same run. */
+TEST(one_species)
+{
+    static const char text[] =
+        BOX("10 um", "300 um") ACROSS "[side x-] flow = inlet  profile = uniform  mean = 0.1 mm/s  C = 1 mol/m3\n"
+        "[side x+] flow = outlet\n" GIVEN("0.1 mm/s")
+        "[transport] D = 2e-9 m2/s  advection = upwind  initial = 0.25 mol/m3\n"
+        "[chemistry]\n[species glucose] formula = C6H12O6  charge = 0  D = 2e-9 m2/s  initial = 0.25 mM  inlet = 1 mM\n"
+        "[run] until = 1.5 s  rtol = 1e-5\n";
+    double worst = 0.0, size = 0.0;
+    if (!open_model(text)) return;
+    if (!run_to(1.5)) return;
+    const double *c = species("glucose");
+    for (int32_t i = 0; i < test_model.grid.total; i++) {
+        if (test_model.grid.kind[i] != PD_FLUID) continue;
+        worst = fmax(worst, fabs(c[i] - test_model.transport.c[i]));
+        size = fmax(size, fabs(c[i] - 0.25));
+    }
+    CHECK(size > 0.3);
+    CHECK_LE(worst, 2e-4);
+    balances("C");
+    close_model();
+}
+
+/* Steady fields are those after a long time, and need no [run]. */
+TEST(steady)
+{
+#define STREAM \
+    BOX("10 um", "300 um") ACROSS "[side x-] flow = inlet  profile = uniform  mean = 0.1 mm/s\n" \
+    "[side x+] flow = outlet\n" GIVEN("0.1 mm/s") IONS \
+    "[species Na+] inlet = 1 mM\n[species OH-] inlet = 1 mM\n[species H+] inlet = 0\n"
+    double kept[64];
+    int count = 0;
+    if (!open_model(STREAM "[chemistry] activity = ideal  time = steady\n")) return;
+    CHECK_OK(&test_ctx, pd_couple_start(&test_ctx, &test_model.couple));
+    for (int k = 0; k < 30; k++) {
+        int at[PD_DIM];
+        memset(at, 0, sizeof at);
+        at[0] = k;
+        kept[count++] = pd_reactive_ph(&test_model.reactive, pd_grid_node(&test_model.grid, at));
+        CHECK_NEAR(kept[k], 11.0, 1e-6);
+    }
+    close_model();
+    if (!open_model(STREAM "[chemistry] activity = ideal\n[run] until = 200 s\n")) return;
+    if (!run_to(200.0)) return;
+    for (int k = 0; k < count; k++) {
+        int at[PD_DIM];
+        memset(at, 0, sizeof at);
+        at[0] = k;
+        CHECK_NEAR(pd_reactive_ph(&test_model.reactive, pd_grid_node(&test_model.grid, at)), kept[k], 1e-4);
+    }
+    balances("charge");
+    close_model();
+}
+
+/* ---- fields, checkpoints ---- */
+
+TEST(fields)
+{
+    static const char text[] = BOX("10 um", "60 um") HBSS
+        "[run] until = 1 s\n[output] fields = pH, Mg2+, HCO3-, kind\n[probe a] at = 30 um" /* and the other axis: */
+#if PD_DIM == 2
+        ", 15 um"
+#endif
+        "  fields = pH, Na+\n";
+    pd_views views;
+    pd_view v;
+    double x[2] = {30e-6, 15e-6};
+    memset(&views, 0, sizeof views);
+    if (!open_model(text)) return;
+    if (!run_to(1.0)) return;
+    pd_field field = (pd_field)pdi_setup_field_find(&test_setup, "HCO3-");
+    CHECK_STR(pdi_setup_field_label(&test_setup, field), "HCO3- [mol/m3]");
+    CHECK_OK(&test_ctx, pdi_view_field(&test_ctx, &test_model, &views, "pH", &v));
+    CHECK_NEAR(v.data[0], 7.4, 1e-6);
+    CHECK_NEAR(pdi_sample_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);
+    CHECK_OK(&test_ctx, pdi_view_field(&test_ctx, &test_model, &views, "HCO3-", &v));
+    CHECK_NEAR(v.data[0], 4.17, 0.01);
+    CHECK_NEAR(pdi_sample_point(&test_model, field, 0, x), v.data[0], 1e-12);
+    CHECK(pdi_view_field(&test_ctx, &test_model, &views, "H2O", &v) == PD_ERR_ARGUMENT);
+    pdi_views_free(&test_ctx, &views);
+    close_model();
+}
+
+TEST(checkpoint)
+{
+    static const char text[] = BOX("10 um", "100 um") BLOCK("0 .. 30 um") ACROSS HBSS
+        "[transport] D = 0.7e-9 m2/s\n[dissolve] rate = 4 um/h  threshold = 0.01  " SURFACE
+        "\n[run] until = 4 h  rtol = 0.02\n";
+    size_t size;
+    if (!open_model(text)) return;
+    if (!run_to(7200.0)) return;
+    CHECK_OK(&test_ctx, checkpoint_save(&test_ctx, "build/test_course.checkpoint", &test_model));
+    if (!run_to(14400.0)) return;
+    size = (size_t)test_model.reactive.components.solutes * (size_t)test_model.grid.total;
+    double *kept = (double *)malloc(size * sizeof *kept), taken = test_model.course.taken;
+    if (!CHECK(kept != NULL)) return;
+    memcpy(kept, test_model.reactive.c, size * sizeof *kept);
+    close_model();
+    if (!open_model(text)) return;
+    if (!CHECK_OK(&test_ctx, checkpoint_load(&test_ctx, "build/test_course.checkpoint", &test_model))) return;
+    if (!run_to(14400.0)) return;
+    CHECK(memcmp(kept, test_model.reactive.c, size * sizeof *kept) == 0);
+    CHECK(taken > 0.0 && memcmp(&taken, &test_model.course.taken, sizeof taken) == 0);
+    balances("Mg");
+    free(kept);
+    close_model();
+}
+
+/* ---- bad input ---- */
+
+static void refused(const char *text, const char *message)
+{
+    pd_ctx ctx;
+    pd_setup setup;
+    pd_ctx_init(&ctx);
+    if (!CHECK(pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup) < 0)) return;
+    if (!CHECK(strstr(ctx.message, message) != NULL)) NOTE("%s", ctx.message);
+    CHECK_INT(ctx.in_use, 0);
+}
+
+TEST(refusals)
+{
+#define ION "[species Na+] initial = 1 mM  D = 1e-9 m2/s\n[species Cl-] initial = 1 mM  D = 1e-9 m2/s\n"
+#define END "[run] until = 1 s\n"
+#define METAL BOX("10 um", "100 um") BLOCK("0 .. 20 um") "[transport] D = 1e-9 m2/s\n"
+    refused("[species Na+] initial = 1 mM\n[species Cl-] initial = 1 mM\n", "found species without a [grid]");
+    refused(BOX("1 um", "9 um") "[species Na+] initial = 1 mM\n[species Cl-] D = 1e-9 m2/s  initial = 1 mM\n" END,
+            "a.scene:2: D: found no diffusivity of Na+, which moves in a run");
+    refused(BOX("1 um", "9 um") ION
+            "[species NaCl(s)] initial = 1 mM\n[reaction r] NaCl(s) = Na+ + Cl-  log10_K = 1\n" END,
+            "found NaCl(s), which is no solute");
+    refused(BOX("1 um", "9 um") ION "[output] fields = pH\n" END, "found 'pH', which needs the species H+");
+    refused(BOX("1 um", "9 um") ION "[output] fields = K+\n" END, "found 'K+', expected some of C");
+    refused(METAL ION "[dissolve] rate = 1 um/h  reaction = Mg = Mg2+\n" END, "'Mg2+', which nobody defines");
+    refused(METAL IONS "[species Mg2+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = Mg = Mg2+\n" END, "charge");
+    refused(METAL IONS "[species Mg2+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = H+ + OH- = H2O\n" END,
+            "found no metal");
+    refused(METAL "[dissolve] rate = 1 um/h  " SURFACE "\n" END, "found without species");
+    refused(METAL ION "[chemistry] time = steady\n[dissolve] rate = 1 um/h\n" END, "'steady' beside metal");
+    refused(METAL IONS "[dissolve] rate = 1 um/h * pH\n" END, "pH");
+}
+
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(front) ENTRY(one_species) ENTRY(steady) ENTRY(fields) ENTRY(checkpoint)
+          ENTRY(refusals))
