@@ -287,7 +287,8 @@ static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->max_iterations = s->desc.max_krylov;
     kd->least = PDI_STEADY_LEAST;
     kd->zero_guess = kd->lean = 1;
-    kd->compressed = s->timed ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER; /* stages ask for four digits, steps for three */
+    /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
+    kd->compressed = s->timed || pdi_compact_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
 }
 
 static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
