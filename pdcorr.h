@@ -9646,13 +9646,13 @@ PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *un
 /* The field of this name; PD_FIELD_COUNT: there is none. */
 PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
-PDI_FN int pdi_setup_field_species(int field);
+PDI_FN int pdi_setup_field_species(int64_t field);
 /* 1: displacements, stresses and the like. */
 PDI_FN int pdi_setup_field_body(pd_field field);
 /* 1: a stress along axes. */
 PDI_FN int pdi_setup_field_stress(pd_field field);
 /* Its bit. */
-static inline pd_fields pdi_setup_field_bit(int field) { return (pd_fields)1 << field; }
+static inline pd_fields pdi_setup_field_bit(int64_t field) { return (pd_fields)1 << field; }
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* 1: the metal has the field. */
@@ -51861,7 +51861,8 @@ static void pdi_shade_samples(pd_shade *s, const pdi_shell *shell, int labels, p
         pdi_shade_add(s, p, labels, sums);
     }
     for (size_t k = 0; k < pixels; k++) {
-        s->light[k] = s->cover[k] ? (uint8_t)((sums->light[k] + s->cover[k] / 2) / s->cover[k]) : 0;
+        unsigned cover = s->cover[k];
+        s->light[k] = (uint8_t)(cover ? (sums->light[k] + cover / 2) / cover : 0u);
         s->value[k] = sums->valued[k] ? (float)(sums->value[k] / sums->valued[k]) : (float)NAN;
     }
 }
@@ -58126,9 +58127,9 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
-PDI_FN int pdi_setup_field_species(int field)
+PDI_FN int pdi_setup_field_species(int64_t field)
 {
-    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? field - PD_FIELD_SPECIES : -1;
+    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;
 }
 
 PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
@@ -65307,7 +65308,7 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
         relief.label = pdi_setup_field_label(im->model->setup, of);
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
-    return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
+    return image || !path ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
 }
 
 /* Draw the frame in memory: into the image, or, where there is none, into a file. */

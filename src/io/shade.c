@@ -251,7 +251,8 @@ static void pdi_shade_samples(pd_shade *s, const pdi_shell *shell, int labels, p
         pdi_shade_add(s, p, labels, sums);
     }
     for (size_t k = 0; k < pixels; k++) {
-        s->light[k] = s->cover[k] ? (uint8_t)((sums->light[k] + s->cover[k] / 2) / s->cover[k]) : 0;
+        unsigned cover = s->cover[k];
+        s->light[k] = (uint8_t)(cover ? (sums->light[k] + cover / 2) / cover : 0u);
         s->value[k] = sums->valued[k] ? (float)(sums->value[k] / sums->valued[k]) : (float)NAN;
     }
 }

@@ -405,7 +405,7 @@ static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double tim
         relief.label = pdi_setup_field_label(im->model->setup, of);
         pdi_images_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
-    return image ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
+    return image || !path ? pdi_relief_draw(ctx, &relief, image) : pdi_relief_write(ctx, path, &relief);
 }
 
 /* Draw the frame in memory: into the image, or, where there is none, into a file. */

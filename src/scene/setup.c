@@ -184,9 +184,9 @@ PDI_FN int pdi_setup_layers(const pd_setup *setup)
     return (int)ceil((pdi_setup_surfaces(setup) ? fmax(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
-PDI_FN int pdi_setup_field_species(int field)
+PDI_FN int pdi_setup_field_species(int64_t field)
 {
-    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? field - PD_FIELD_SPECIES : -1;
+    return field >= PD_FIELD_SPECIES && field < PD_FIELD_COUNT ? (int)(field - PD_FIELD_SPECIES) : -1;
 }
 
 PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }

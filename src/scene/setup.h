@@ -408,13 +408,13 @@ PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *un
 /* The field of this name; PD_FIELD_COUNT: there is none. */
 PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
 /* Species of the electrolyte whose concentration it is; -1: it is none. */
-PDI_FN int pdi_setup_field_species(int field);
+PDI_FN int pdi_setup_field_species(int64_t field);
 /* 1: displacements, stresses and the like. */
 PDI_FN int pdi_setup_field_body(pd_field field);
 /* 1: a stress along axes. */
 PDI_FN int pdi_setup_field_stress(pd_field field);
 /* Its bit. */
-static inline pd_fields pdi_setup_field_bit(int field) { return (pd_fields)1 << field; }
+static inline pd_fields pdi_setup_field_bit(int64_t field) { return (pd_fields)1 << field; }
 /* 1: its values are whole numbers that name something. */
 PDI_FN int pdi_setup_field_numbered(pd_field field);
 /* 1: the metal has the field. */
