@@ -49953,7 +49953,7 @@ PDI_FN pd_status pdi_arrows_lines(pd_ctx *ctx, const pdi_arrows *a, pdi_canvas *
         status = pdi_arrows_begin(ctx, canvas, core);
         for (int64_t k = 0; k < lines.count && status == PD_OK; k++)
             for (int up = 1; up >= (a->stream->mirrored ? -1 : 1); up -= 2)
-                pdi_arrows_line(a, canvas, &lines.at[2 * lines.line[k].first], lines.line[k].count, up);
+                pdi_arrows_line(a, canvas, lines.at + 2 * lines.line[k].first, lines.line[k].count, up);
         pdi_canvas_strokes_end(ctx, canvas);
     }
     pdi_streamlines_free(ctx, &lines);
