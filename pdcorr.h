@@ -7949,14 +7949,18 @@ typedef enum pdi_align {
     PDI_ALIGN_END
 } pdi_align;
 
+/* Makes a canvas of pixels, or of vectors where svg is not NULL, and draws `what` on it. */
+typedef pd_status (*pdi_canvas_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
+
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 /* The same with vectors; free svg with pdi_svg_free. */
 PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Draw an image, its upper left corner there; of vectors alone. */
 PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* 1: the path is that of a file of vectors. */
-PDI_FN int pdi_canvas_is_vector(const char *path);
+/* What `on` draws: as pixels, freed with pdi_image_free, or in a file, of vectors where its name ends in .svg. */
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image);
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
 /* Fill [left, right) x [top, bottom). */
@@ -48618,10 +48622,37 @@ PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_ima
     pdi_svg_image(canvas->svg, left, top, image);
 }
 
-PDI_FN int pdi_canvas_is_vector(const char *path)
+static int pdi_canvas_is_vector(const char *path)
 {
     size_t length = strlen(path);
     return length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+}
+
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = on(ctx, what, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    *image = canvas.image;
+    return status;
+}
+
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what)
+{
+    pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = on(ctx, what, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
+    PDI_TRY(pdi_canvas_draw(ctx, on, what, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
+    return status;
 }
 
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)
@@ -50620,8 +50651,9 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_picture_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pd_picture *picture = (const pd_picture *)what;
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
     memset(canvas, 0, sizeof *canvas);
@@ -50646,29 +50678,12 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_picture_on, picture, image);
 }
 
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_picture_on(ctx, picture, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_picture_draw(ctx, picture, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_picture_on, picture);
 }
 
 /* ======== >>io/warp.c ======== */
@@ -51177,8 +51192,9 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_plot_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pd_plot *plot = (const pd_plot *)what;
     pdi_plot_layout l;
     int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
     memset(canvas, 0, sizeof *canvas);
@@ -51201,28 +51217,12 @@ static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi
 
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_plot_on(ctx, plot, NULL, &canvas);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_plot_on, plot, image);
 }
 
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_plot_on(ctx, plot, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_plot_draw(ctx, plot, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_plot_on, plot);
 }
 #ifdef PDI_COLD
 #pragma GCC pop_options
@@ -52053,8 +52053,9 @@ static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pd
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pdi_relief *r = (const pdi_relief *)what;
     const pd_shade *s = r->shade;
     pdi_relief_layout l;
     pdi_canvas view;
@@ -52080,29 +52081,12 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, p
 
 PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_relief_on(ctx, relief, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_relief_on, relief, image);
 }
 
 PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_relief_on(ctx, relief, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_relief_draw(ctx, relief, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_relief_on, relief);
 }
 
 #undef PDI_RELIEF_METAL

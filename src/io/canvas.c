@@ -64,10 +64,37 @@ PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_ima
     pdi_svg_image(canvas->svg, left, top, image);
 }
 
-PDI_FN int pdi_canvas_is_vector(const char *path)
+static int pdi_canvas_is_vector(const char *path)
 {
     size_t length = strlen(path);
     return length >= 4 && strcmp(path + length - 4, ".svg") == 0;
+}
+
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image)
+{
+    pdi_canvas canvas;
+    pd_status status = on(ctx, what, NULL, &canvas);
+    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
+    *image = canvas.image;
+    return status;
+}
+
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what)
+{
+    pd_image image;
+    pdi_canvas canvas;
+    pdi_svg svg;
+    memset(&svg, 0, sizeof svg);
+    if (pdi_canvas_is_vector(path)) {
+        pd_status drawn = on(ctx, what, &svg, &canvas);
+        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
+        pdi_svg_free(&svg);
+        return drawn;
+    }
+    PDI_TRY(pdi_canvas_draw(ctx, on, what, &image));
+    pd_status status = pdi_png_write(ctx, path, &image);
+    pdi_image_free(ctx, &image);
+    return status;
 }
 
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas)

@@ -29,14 +29,18 @@ typedef enum pdi_align {
     PDI_ALIGN_END
 } pdi_align;
 
+/* Makes a canvas of pixels, or of vectors where svg is not NULL, and draws `what` on it. */
+typedef pd_status (*pdi_canvas_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
+
 /* A blank sheet; free image with pdi_image_free. */
 PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 /* The same with vectors; free svg with pdi_svg_free. */
 PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Draw an image, its upper left corner there; of vectors alone. */
 PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
-/* 1: the path is that of a file of vectors. */
-PDI_FN int pdi_canvas_is_vector(const char *path);
+/* What `on` draws: as pixels, freed with pdi_image_free, or in a file, of vectors where its name ends in .svg. */
+PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn on, const void *what, pd_image *image);
+PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn on, const void *what);
 PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
 /* Fill [left, right) x [top, bottom). */

@@ -603,8 +603,9 @@ static void pdi_picture_header(const pd_picture *p, const pdi_picture_layout *l,
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_picture_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pd_picture *picture = (const pd_picture *)what;
     uint32_t table[PDI_COLOUR_COUNT];
     pdi_picture_layout l;
     memset(canvas, 0, sizeof *canvas);
@@ -629,27 +630,10 @@ static pd_status pdi_picture_on(pd_ctx *ctx, const pd_picture *picture, pdi_svg 
 
 PDI_FN pd_status pdi_picture_draw(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_picture_on(ctx, picture, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_picture_on, picture, image);
 }
 
 pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_picture_on(ctx, picture, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_picture_draw(ctx, picture, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_picture_on, picture);
 }

@@ -307,8 +307,9 @@ static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_c
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_plot_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pd_plot *plot = (const pd_plot *)what;
     pdi_plot_layout l;
     int width = plot->width ? plot->width : 1100, height = plot->height ? plot->height : 760;
     memset(canvas, 0, sizeof *canvas);
@@ -331,26 +332,10 @@ static pd_status pdi_plot_on(pd_ctx *ctx, const pd_plot *plot, pdi_svg *svg, pdi
 
 PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_plot_on(ctx, plot, NULL, &canvas);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_plot_on, plot, image);
 }
 
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_plot_on(ctx, plot, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_plot_draw(ctx, plot, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_plot_on, plot);
 }

@@ -143,8 +143,9 @@ static void pdi_relief_words(const pdi_relief *r, const pdi_relief_layout *l, pd
 }
 
 /* On a canvas of pixels, or of vectors where svg is given; free its image, or svg. */
-static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_relief_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
+    const pdi_relief *r = (const pdi_relief *)what;
     const pd_shade *s = r->shade;
     pdi_relief_layout l;
     pdi_canvas view;
@@ -170,29 +171,12 @@ static pd_status pdi_relief_on(pd_ctx *ctx, const pdi_relief *r, pdi_svg *svg, p
 
 PDI_FN pd_status pdi_relief_draw(pd_ctx *ctx, const pdi_relief *relief, pd_image *image)
 {
-    pdi_canvas canvas;
-    pd_status status = pdi_relief_on(ctx, relief, NULL, &canvas);
-    if (status != PD_OK) pdi_image_free(ctx, &canvas.image);
-    *image = canvas.image;
-    return status;
+    return pdi_canvas_draw(ctx, pdi_relief_on, relief, image);
 }
 
 PDI_FN pd_status pdi_relief_write(pd_ctx *ctx, const char *path, const pdi_relief *relief)
 {
-    pd_image image;
-    pdi_canvas canvas;
-    pdi_svg svg;
-    memset(&svg, 0, sizeof svg);
-    if (pdi_canvas_is_vector(path)) {
-        pd_status drawn = pdi_relief_on(ctx, relief, &svg, &canvas);
-        if (drawn == PD_OK) drawn = pdi_svg_write(&svg, path);
-        pdi_svg_free(&svg);
-        return drawn;
-    }
-    PDI_TRY(pdi_relief_draw(ctx, relief, &image));
-    pd_status status = pdi_png_write(ctx, path, &image);
-    pdi_image_free(ctx, &image);
-    return status;
+    return pdi_canvas_file(ctx, path, pdi_relief_on, relief);
 }
 
 #undef PDI_RELIEF_METAL
