@@ -107,6 +107,7 @@
  *     two_stage  transport in time, of second order, with error-controlled steps.
  *   react/
  *     reactive   several species that diffuse, are carried by a flow and react in the volume (theory: 5c).
+ *     etch       metal that dissolves by a law in the species at its surface, solved with the step of the species
  *     advance    steps in time of species that flow, diffuse and react (theory: 5c).
  *     course     species in time as a process, in steps of two stages with a controlled error (theory: 5c.5).
  *   solid/
@@ -228,6 +229,7 @@
  *     wall       what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration.
  *     grip       what holds and loads a body: sides of the box, shapes, forces on all of it.
  *     footprint  the memory of a run, from its setup alone: nothing is built for it.
+ *     attack     a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
  *     model      the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for.
  *     checkpoint the state of a model into an archive, and back into a model built from the same setup.
  *     observe    the figures of one instant of a run: losses, extremes, and the flux of the flow along its way.
@@ -4369,6 +4371,7 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    struct pd_etch *surface;      /* metal that dissolves by a law in the species; NULL: none. Borrowed */
 } pd_reactive;
 
 #define pd_reactive_build PD_NAME(pd_reactive_build)
@@ -4424,6 +4427,81 @@ static inline void pdi_reactive_put(const pd_reactive *reactive, const double *c
 
 #endif
 
+/* ======== >>react/etch.h ======== */
+/* etch: metal that dissolves by a law in the species at its surface, solved with the step of the species
+ * (theory: 5c.2).
+ *
+ * The speed v of a node holds for the concentrations at the metal itself, behind a film that what dissolves diffuses
+ * through. So v = max(law(c_s(v)), 0). Where a law falls there is one solution; where it jumps down, the speed between.
+ */
+#ifndef PD_ETCH_H
+#define PD_ETCH_H
+
+/* Speed [m/s] at a fluid node, from what is at the surface: c [solutes] [mol/m3], pH (NaN without H+), time t [s]. */
+typedef double (*pd_etch_fn)(void *user, int32_t node, const double *c, double ph, double t);
+
+typedef struct pd_etch_desc {
+    pd_etch_fn law;
+    void *user;
+    const double *shed; /* [species] [-] of each with one of the metal, negative: it goes */
+    uint32_t reads;     /* bit n: the law depends on solute n */
+    int reads_ph;       /* 1: on pH */
+} pd_etch_desc;
+
+typedef struct pd_etch {
+    pd_etch_desc desc;         /* shed is not kept */
+    pd_reactive *reactive;
+    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
+    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
+    pd_components film;           /* of concentrations times `scale` */
+    int32_t count;                /* fluid nodes beside metal */
+    int32_t *node;                /* [total] of places */
+    int32_t *slot;                /* [total] place of a node; -1: none */
+    double *weight;               /* [total] [mol/m4] of places: metal per speed */
+    double *thick;                /* [total] [mol s/m4] of places: change of concentration across the film per speed */
+    double *speed;                /* [total] [m/s] of nodes */
+    double *ahead;                /* [total] [m] of places: metal that the step at hand takes, of an area */
+    double *passed;               /* [total] [m] of places: the same of steps that stand */
+    double *split;                /* [total] [m/s] work */
+    float *by;                    /* [total][components] of places: how the speed follows totals */
+    double time;                  /* [s] of the law */
+} pd_etch;
+
+#define pd_etch_build PD_NAME(pd_etch_build)
+#define pd_etch_free PD_NAME(pd_etch_free)
+
+/* A law for the species; reactive is borrowed, and takes it into its steps. The caller lists places. */
+PD_API pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *reactive, const pd_etch_desc *desc, pd_etch *etch);
+PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
+
+#ifdef PDI_INTERNAL
+PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+/* Begin a list of places; put one. */
+PDI_FN void pdi_etch_open(pd_etch *etch);
+PDI_FN void pdi_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
+/* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
+PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
+/* The speeds of all places; `derive`: and how they follow the totals. */
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *etch, int derive);
+/* Nothing has passed in the step at hand; dt [s] of it at the present speeds; the step stands. */
+PDI_FN void pdi_etch_begin(pd_etch *etch);
+PDI_FN void pdi_etch_pass(pd_etch *etch, double dt);
+PDI_FN void pdi_etch_accept(pd_etch *etch);
+/* Per weight and time: change of the speed [m/s] with that of totals over weights, x at node i. */
+static inline double pdi_etch_follow(const pd_etch *s, int32_t place, const double *x)
+{
+    const pd_reactive *r = s->reactive;
+    const float *by = s->by + (int64_t)place * r->components.count;
+    double sum = 0.0;
+    for (int k = 0; k < r->components.count; k++)
+        sum += (double)by[k] * r->weight[k] * x[(int64_t)k * r->grid->total + s->node[place]];
+    return sum;
+}
+#endif
+
+#endif
+
 /* ======== >>react/advance.h ======== */
 /* advance: steps in time of species that flow, diffuse and react (theory: 5c).
  */
@@ -4463,6 +4541,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
+    pd_at_fn find;       /* lists its places */
+    void *user;
 } pd_course_desc;
 
 typedef struct pd_course {
@@ -4477,6 +4558,7 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */
@@ -6239,6 +6321,7 @@ typedef struct pd_rate_at {
     double t;         /* [s] */
     double x[PD_DIM]; /* [m] node of the fluid beside the metal */
     int32_t grain;    /* of the metal nearest to that node; -1: it has none, or none is known */
+    int32_t node;     /* that node */
 } pd_rate_at;
 
 /* Recession speed [m/s] there. */
@@ -6564,6 +6647,10 @@ typedef struct pd_dissolve_desc {
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     int sheds;            /* 1: `shed` of pd_dissolve is kept */
+    int lags;             /* 1: and lasts from step to step: its user empties it before the metal moves */
+    pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
+                           * nobody wants to know */
+    void *found_user;
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */
@@ -8901,11 +8988,11 @@ PDI_FN const char *pdi_curve_wrong(const double *x, const double *y, int k);
 /* expr: expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *
  * Grammar, loosest first: a < b (also > <= >=; 1 or 0, no chains); + and -; * and /; unary minus; ^ (from the right).
- * Primaries: number [unit], name, function(...), (...). A number directly followed by a unit is scaled to SI; a unit
- * may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name. The literal 0 fits any
- * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain numbers), abs sqrt min max
- * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the caller are functions of one
- * argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
+ * Primaries: number [unit], name, [H+] where that is declared, function(...), (...). A number that a unit follows at
+ * once is scaled to SI; a unit may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name.
+ * The literal 0 fits any dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain
+ * numbers), abs sqrt min max atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the caller
+ * are functions of one argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
@@ -9430,7 +9517,9 @@ typedef struct pd_setup_metal {
     pd_material material;
     double solid_c;    /* [mol/m3] Cs */
     int shape;         /* where it is; -1: all solid that is not of a later metal */
-    pd_expr rate;      /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
+    pd_expr rate;      /* of C, t, x, y, z, grain, pH, species; in m/s, in 1/s per layer, or in A/m2 */
+    int species;       /* that the rate has behind pH, */
+    int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
 } pd_setup_metal;
 
@@ -9680,6 +9769,9 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_LAW (PD_DIM + 3)
 #define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* Behind them pH, and the species that a law names. 1: it depends on one of these. */
+#define PDI_SETUP_PH PDI_SETUP_LAW
+static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
@@ -10251,6 +10343,37 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 
 #endif
 
+/* ======== >>run/attack.h ======== */
+/* attack: a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
+ *
+ * The species move first, with the law in their equations. What it gave in the step of the run is the speed of the
+ * metal, which moves after them.
+ */
+#ifndef PD_ATTACK_H
+#define PD_ATTACK_H
+
+typedef struct pd_attack {
+    pd_etch etch;
+    const pd_setup *setup;
+    pd_dissolve *dissolve;
+    const pd_course *course;
+    int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
+    double begin;   /* [s] of the step of the run */
+} pd_attack;
+
+#ifdef PDI_INTERNAL
+/* The law of the first metal of the setup, which is chemical. All is borrowed. */
+PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
+                                  const pd_course *course, pd_attack *attack);
+PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
+/* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
+PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
+PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t);
+PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t);
+#endif
+
+#endif
+
 /* ======== >>run/model.h ======== */
 /* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
 #ifndef PD_MODEL_H
@@ -10277,6 +10400,7 @@ typedef struct pd_model {
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
     pd_course course;
+    pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
@@ -31301,6 +31425,347 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
 }
 PDI_COLD_END
 
+/* ======== >>react/etch.c ======== */
+/* etch: see surface.h
+ *
+ * Design: in the film the sums over species of D times concentration, by components, are linear, since reactions in
+ * equilibrium keep them. Concentrations times their diffusivities follow the same mass action with other constants, so
+ * the surface is found by the solver of components. Coefficients of activity are those of the node.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Least diffusivity of a species in the film, over the mean one. */
+#define PDI_ETCH_LEAST 1e-6
+/* Steps of a search, and the share of the speed to which it is found. */
+#define PDI_ETCH_STEPS 200
+#define PDI_ETCH_CLOSE 1e-15
+/* Factor by which a bracket of the speed grows first; it is squared each time. */
+#define PDI_ETCH_BRACKET 2.0
+/* Relative change of what a law reads by which its slope is found. */
+#define PDI_ETCH_STRIDE 1e-6
+/* [mol/m3] that counts as nothing beside that. */
+#define PDI_ETCH_NOTHING 1e-30
+/* What is left at least of 1 less the slope of a rising law behind its film. */
+#define PDI_ETCH_RISE 0.05
+
+/* ---- the surface of a node ---- */
+
+/* A node and its film. */
+typedef struct pdi_etch_work {
+    const pd_etch *s;
+    int32_t node;
+    double thick;
+    double davies;                    /* ln gamma of a charge of 1 */
+    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
+    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
+    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
+} pdi_etch_work;
+
+static void pdi_etch_enter(const pd_etch *s, int32_t node, double thick, pd_components *film, pdi_etch_work *w)
+{
+    const pd_components *of = &s->reactive->components;
+    w->s = s;
+    w->node = node;
+    w->thick = thick;
+    pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
+    w->davies = pdi_components_activity(of, w->c);
+    for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
+    if (!(thick > 0.0)) return;
+    for (int n = 0; n < of->solutes; n++) {
+        film->ln_k[n] = s->film.ln_k[n] - of->charge[n] * of->charge[n] * w->davies;
+        for (int k = 0; k < of->joined; k++) {
+            int z = of->charge[of->master[k]];
+            film->ln_k[n] += of->m[k][n] * z * z * w->davies;
+        }
+    }
+    for (int k = 0; k < of->joined; k++) film->ln_k[of->master[k]] = 0.0;
+    pdi_components_totals(of, w->at, w->flows);
+}
+
+/* The law for the concentrations c. */
+static double pdi_etch_law(const pdi_etch_work *w, const double *c)
+{
+    const pd_reactive *r = w->s->reactive;
+    double ph = NAN;
+    if (r->proton >= 0) ph = 3.0 - (log(fmax(c[r->proton], DBL_MIN)) + w->davies) / log(10.0);
+    return fmax(w->s->desc.law(w->s->desc.user, w->node, c, ph, w->s->time), 0.0);
+}
+
+/* The law at the surface, where metal dissolves at v [m/s]. */
+static double pdi_etch_given(const pd_components *film, pdi_etch_work *w, double v)
+{
+    const pd_etch *s = w->s;
+    double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    if (!(w->thick > 0.0)) return pdi_etch_law(w, w->c);
+    for (int k = 0; k < film->count; k++) flows[k] = w->flows[k] + s->gain[k] * w->thick * v;
+    if (pdi_components_solve(film, flows, w->at) != PD_OK) return NAN;
+    for (int n = 0; n < film->solutes; n++) c[n] = w->at[n] / s->scale[n];
+    return pdi_etch_law(w, c);
+}
+
+/* A bracket of v = law(v) around a guess between 0 and what the node would give: law(*a) > *a, law(*b) <= *b, with the
+ * differences. 0: the law is not finite. */
+static int pdi_etch_bracket(const pd_components *film, pdi_etch_work *w, double guess, double first, double *a,
+                               double *above, double *b, double *below)
+{
+    double factor = PDI_ETCH_BRACKET, v = guess > 0.0 ? guess : first;
+    *a = 0.0;
+    *above = first;
+    double g = pdi_etch_given(film, w, v) - v;
+    for (int step = 0; step < PDI_ETCH_STEPS && fabs(g) < HUGE_VAL; step++) {
+        int up = g > 0.0;
+        if (up) {
+            *a = v;
+            *above = g;
+        } else {
+            *b = v;
+            *below = g;
+        }
+        double next = up ? v * factor : v / factor;
+        factor *= factor;
+        double there = pdi_etch_given(film, w, next) - next;
+        if (!(fabs(there) < HUGE_VAL)) return 0;
+        if (up && !(there > 0.0)) {
+            *b = next;
+            *below = there;
+            return 1;
+        }
+        if (!up && there > 0.0) {
+            *a = next;
+            *above = there;
+            return 1;
+        }
+        if (!up && !(next > DBL_MIN)) return 1;
+        v = next;
+        g = there;
+    }
+    return 0;
+}
+
+/* The speed of a node: false position (Illinois), halved where that is slow. */
+static double pdi_etch_find(const pd_components *film, pdi_etch_work *w, double guess)
+{
+    double a, b = 0.0, above, below = 0.0, first = pdi_etch_given(film, w, 0.0);
+    if (!(fabs(first) < HUGE_VAL)) return NAN;
+    if (!(first > 0.0) || !(w->thick > 0.0)) return first;
+    if (!pdi_etch_bracket(film, w, guess, first, &a, &above, &b, &below)) return NAN;
+    for (int step = 0; step < PDI_ETCH_STEPS && b - a > PDI_ETCH_CLOSE * b; step++) {
+        double v = a + (b - a) * (above / (above - below));
+        if (step % 4 == 3 || !(v > a) || !(v < b)) v = a + 0.5 * (b - a);
+        if (!(v > a) || !(v < b)) break;
+        double g = pdi_etch_given(film, w, v) - v;
+        if (!(fabs(g) < HUGE_VAL)) return NAN;
+        if (g > 0.0) {
+            a = v;
+            above = g;
+            below *= 0.5;
+        } else {
+            b = v;
+            below = g;
+            above *= 0.5;
+            if (!(g < 0.0)) break;
+        }
+    }
+    return b;
+}
+
+/* Change of the law with concentrations that change by `along`, per unit of it. Both sides of a jump count. */
+static double pdi_etch_slope(const pdi_etch_work *w, const double *c, const double *along)
+{
+    const pd_etch *s = w->s;
+    double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
+    for (int n = 0; n < s->film.solutes; n++) {
+        int reads = (s->desc.reads >> n & 1u) || (s->desc.reads_ph && n == s->reactive->proton);
+        if (reads && fabs(along[n]) > 0.0) least = fmin(least, fmax(c[n], PDI_ETCH_NOTHING) / fabs(along[n]));
+    }
+    if (!(least < HUGE_VAL)) return 0.0;
+    double stride = PDI_ETCH_STRIDE * least;
+    for (int n = 0; n < s->film.solutes; n++) {
+        up[n] = fmax(c[n] + stride * along[n], 0.0);
+        down[n] = fmax(c[n] - stride * along[n], 0.0);
+    }
+    double change = (pdi_etch_law(w, up) - pdi_etch_law(w, down)) / (2.0 * stride);
+    return fabs(change) < HUGE_VAL ? change : 0.0;
+}
+
+/* How the law at the surface follows what diffuses: slope [components] [m4/mol/s]. */
+static void pdi_etch_slopes(const pd_components *system, const pdi_etch_work *w, const double *scale,
+                               const double *at, double *slope)
+{
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+    pdi_components_derive(system, at, table);
+    for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
+    for (int k = 0; k < system->count; k++) {
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(system, table, one, along);
+        for (int n = 0; n < system->solutes && scale; n++) along[n] /= scale[n];
+        slope[k] = pdi_etch_slope(w, c, along);
+    }
+}
+
+/* How the speed of a node follows its totals. */
+static void pdi_etch_derive(const pd_components *film, const pdi_etch_work *w, float *by)
+{
+    const pd_etch *s = w->s;
+    const pd_components *of = &s->reactive->components;
+    double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
+    float table[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)];
+    if (!(w->thick > 0.0)) {
+        pdi_etch_slopes(of, w, NULL, w->c, slope);
+        for (int k = 0; k < of->count; k++) by[k] = (float)slope[k];
+        return;
+    }
+    double back = 1.0;
+    pdi_etch_slopes(film, w, s->scale, w->at, slope);
+    for (int k = 0; k < of->count; k++) back -= slope[k] * s->gain[k] * w->thick;
+    back = fmax(back, PDI_ETCH_RISE);
+    pdi_components_derive(of, w->c, table);
+    for (int k = 0; k < of->count; k++) {
+        double sum = 0.0;
+        memset(one, 0, sizeof one);
+        one[k] = 1.0;
+        pdi_components_follow(of, table, one, along);
+        for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n];
+        pdi_components_totals(of, along, flows);
+        for (int j = 0; j < of->count; j++) sum += slope[j] * flows[j];
+        by[k] = (float)(sum / back);
+    }
+}
+
+PDI_FN double pdi_etch_at(const pd_etch *s, int32_t node, double thick, double guess)
+{
+    pd_components film = s->film;
+    pdi_etch_work w;
+    pdi_etch_enter(s, node, thick, &film, &w);
+    return pdi_etch_find(&film, &w, guess);
+}
+
+/* ---- all of them ---- */
+
+PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
+{
+    int count = s->reactive->components.count;
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * count * count * PDI_ETCH_STEPS);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t p = 0; p < s->count; p++) {
+        pd_components film = s->film;
+        pdi_etch_work w;
+        pdi_etch_enter(s, s->node[p], s->thick[p], &film, &w);
+        if (derive) {
+            pdi_etch_given(&film, &w, s->speed[s->node[p]]);
+            pdi_etch_derive(&film, &w, s->by + (int64_t)p * count);
+        } else {
+            s->speed[s->node[p]] = pdi_etch_find(&film, &w, s->speed[s->node[p]]);
+        }
+    }
+}
+
+PDI_FN void pdi_etch_open(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++) s->slot[s->node[p]] = -1;
+    s->count = 0;
+}
+
+PDI_FN void pdi_etch_put(pd_etch *s, int32_t node, double weight, double thick)
+{
+    s->slot[node] = s->count;
+    s->node[s->count] = node;
+    s->weight[s->count] = weight;
+    s->ahead[s->count] = s->passed[s->count] = 0.0;
+    s->thick[s->count++] = thick;
+}
+
+PDI_FN void pdi_etch_begin(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++) s->ahead[p] = 0.0;
+}
+
+PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
+{
+    pd_reactive *r = s->reactive;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t p = 0; p < s->count; p++) {
+        int32_t i = s->node[p];
+        s->ahead[p] += dt * s->speed[i];
+        pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * s->weight[p] * s->speed[i]);
+    }
+    double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
+    for (int n = 0; n < r->components.solutes; n++) r->in[n] += amount * s->shed[n];
+}
+
+PDI_FN void pdi_etch_accept(pd_etch *s)
+{
+    for (int32_t p = 0; p < s->count; p++) s->passed[p] += s->ahead[p];
+    pdi_etch_begin(s);
+}
+
+/* ---- the object ---- */
+
+PDI_COLD_BEGIN
+PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
+{
+    pd_etch *etch = (pd_etch *)object;
+    if (!etch->reactive) return;
+    int64_t total = etch->reactive->grid->total;
+    PDI_ARRAY(owner, etch, node, total, "1");
+    PDI_ARRAY(owner, etch, slot, total, "1");
+    PDI_ARRAY(owner, etch, weight, total, "mol/m4");
+    PDI_ARRAY(owner, etch, thick, total, "mol s/m4");
+    PDI_STATE(owner, etch, speed, total, "m/s");
+    PDI_ARRAY(owner, etch, ahead, total, "m");
+    PDI_ARRAY(owner, etch, passed, total, "m");
+    PDI_ARRAY(owner, etch, split, total, "m/s");
+    PDI_ARRAY(owner, etch, by, etch->reactive->components.count * total, "m4/mol/s");
+}
+
+/* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
+static void pdi_etch_film(pd_etch *s)
+{
+    const pd_components *of = &s->reactive->components;
+    s->film = *of;
+    s->film.debye = 0.0;
+    for (int n = 0; n < of->solutes; n++) s->scale[n] = fmax(s->reactive->ratio[n], PDI_ETCH_LEAST);
+    for (int n = 0; n < of->solutes; n++) {
+        s->film.ln_k[n] += log(s->scale[n]);
+        for (int k = 0; k < of->joined; k++) s->film.ln_k[n] -= of->m[k][n] * log(s->scale[of->master[k]]);
+    }
+}
+
+pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, pd_etch *s)
+{
+    memset(s, 0, sizeof *s);
+    if (!desc->law) return pdi_fail(ctx, PD_ERR_ARGUMENT, "etch", "there is no law");
+    s->desc = *desc;
+    s->desc.shed = NULL;
+    s->reactive = r;
+    for (int i = 0; i < r->desc.count && desc->shed; i++)
+        if (r->components.place[i] >= 0) s->shed[r->components.place[i]] = desc->shed[i];
+    pdi_components_totals(&r->components, s->shed, s->gain);
+    pdi_etch_film(s);
+    pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
+    if (status < 0) {
+        pd_etch_free(ctx, s);
+        return status;
+    }
+    for (int32_t i = 0; i < r->grid->total; i++) s->slot[i] = -1;
+    r->surface = s;
+    r->linear = 0;
+    return PD_OK;
+}
+
+void pd_etch_free(pd_ctx *ctx, pd_etch *s)
+{
+    if (s->reactive) s->reactive->surface = NULL;
+    pdi_owner_free(ctx, pdi_etch_list, s);
+    memset(s, 0, sizeof *s);
+}
+PDI_COLD_END
+
 /* ======== >>react/advance.c ======== */
 /* advance: see advance.h
  *
@@ -31374,6 +31839,10 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
         double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
     }
+    const pd_etch *metal = r->surface;
+    if (!metal || metal->slot[i] < 0) return;
+    double given = metal->weight[metal->slot[i]] * metal->speed[i];
+    for (int k = 0; k < s->count; k++) lack[k] += metal->gain[k] * given;
 }
 
 /* 1: no solute of component k is at node i. */
@@ -31394,6 +31863,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     pdi_advance_images(r, r->c);
     pdi_advance_leave(ctx, r, r->c, r->wall, work);
+    if (r->surface) pdi_etch_solve(ctx, r->surface, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MOST];
@@ -31469,6 +31939,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
+    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
@@ -31512,6 +31983,11 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
+    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
+        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, x);
+        for (int k = 0; k < s->count; k++)
+            y[k * total + r->surface->node[p]] -= r->surface->gain[k] * given / r->weight[k];
+    }
     pdi_advance_spend(r, y);
 }
 
@@ -31535,6 +32011,34 @@ static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
+/* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
+ * extent. */
+static void pdi_advance_split_metal(pd_reactive *r, double *x)
+{
+    const pd_components *s = &r->components;
+    pd_etch *metal = r->surface;
+    int64_t total = r->grid->total;
+    for (int32_t p = 0; p < metal->count; p++) {
+        int32_t i = metal->node[p];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0;
+        const float *by = metal->by + (int64_t)p * s->count;
+        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
+        metal->split[p] = 0.0;
+        if (!(rate > own)) continue;
+        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, x) / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
+        metal->split[p] = extent / (rate + own);
+    }
+}
+
+static void pdi_advance_join_metal(const pd_reactive *r, double *y)
+{
+    const pd_etch *metal = r->surface;
+    for (int32_t p = 0; p < metal->count; p++)
+        for (int k = 0; k < r->components.count; k++)
+            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
  * rate. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
@@ -31544,13 +32048,14 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics) {
+    if (!s->kinetics && !r->surface) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
     }
     pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
+    if (r->surface) pdi_advance_split_metal(r, rest);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
         pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
@@ -31561,6 +32066,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
         pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
     }
+    if (r->surface) pdi_advance_join_metal(r, y);
     pdi_advance_spend(r, y);
 }
 
@@ -31766,6 +32272,13 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
     return 1;
 }
 
+/* What passes in dt [s] at the present state. */
+static void pdi_advance_pass(pd_reactive *r, double dt)
+{
+    pdi_reactive_pass(r, dt);
+    if (r->surface) pdi_etch_pass(r->surface, dt);
+}
+
 /* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
 static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
@@ -31774,18 +32287,19 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     memcpy(out, r->out, sizeof out);
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
-    pdi_reactive_pass(r, dt - stage);
+    pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
     if (status == PD_OK) result->error = pdi_advance_error(r);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
+        if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
     pdi_advance_owe(r, stage, dt - stage);
-    pdi_reactive_pass(r, stage);
+    pdi_advance_pass(r, stage);
     return PD_OK;
 }
 
@@ -31810,7 +32324,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt, 0.0);
-    pdi_reactive_pass(r, dt);
+    pdi_advance_pass(r, dt);
     return PD_OK;
 }
 
@@ -31821,6 +32335,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
+    if (r->surface) pdi_etch_begin(r->surface);
     pdi_multigrid_open(&r->inverse.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
@@ -31927,6 +32442,20 @@ static void pdi_course_taken(pd_course *a, double dt, int last)
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
+/* What the law at the surface gave in the step of the run has still to come from the metal. */
+static void pdi_course_owed(pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    const pd_etch *s = a->desc.surface;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t p = 0; p < s->count; p++) {
+        double given = s->weight[p] * s->passed[p];
+        if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
+        pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
 /* ---- the steps of a process ---- */
 
 static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
@@ -31946,6 +32475,8 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->left = s->limit - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
+    if (a->desc.surface && !a->begun) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    a->begun = 1;
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -31958,6 +32489,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
     a->newton += result.newton;
@@ -31978,7 +32510,11 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    pdi_course_taken(a, s->dt, !(s->end < s->limit));
+    int last = !(s->end < s->limit);
+    pdi_course_taken(a, s->dt, last);
+    if (a->desc.surface) pdi_etch_accept(a->desc.surface);
+    if (a->desc.surface && last) pdi_course_owed(a);
+    if (last) a->begun = 0;
     a->time = s->end;
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
@@ -32079,6 +32615,7 @@ pd_process pd_course_process(pd_course *a)
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
+    p.inner = a->desc.surface != NULL;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;
@@ -41950,6 +42487,7 @@ PDI_FN void pdi_interface_law(const pd_dissolve *d, const pdi_beside *beside, pd
     }
     if (!law->metals) law->top = d->kind[0].solid; /* a law of nothing */
     law->at.t = d->time;
+    law->at.node = beside->node;
     law->at.grain = pdi_interface_grain(d, beside->node);
     pd_grid_position(d->grid, beside->node, law->at.x);
 }
@@ -42704,7 +43242,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, slot, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
-    if (desc->sheds) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
+    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
+    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, total, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -42981,6 +43520,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     }
     memset(d->mark, 0, (size_t)d->grid->total);
     d->gone_count = 0;
+    if (d->desc.found) PDI_TRY(d->desc.found(ctx, d->desc.found_user, d->time));
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);
@@ -55517,6 +56057,9 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     const char *why;
     pdi_units_near near_word;
     pdi_expr_quote(word, found);
+    if (*word == '[')
+        return pdi_expr_error(p, p->at, "found %.*s, expected none here: laws of the speed of metal alone know species",
+                              (int)(size < 40 ? size : 40), word);
     if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
         return pdi_expr_absent(p, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
@@ -55718,6 +56261,13 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
     return pdi_expr_unknown(p, size, 0);
 }
 
+/* Length of [name]. */
+static size_t pdi_expr_bracket(const pdi_expr_parser *p)
+{
+    const char *text = p->text + p->at, *close = strchr(text, ']');
+    return close ? (size_t)(close - text) + 1 : 1;
+}
+
 static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     memset(type, 0, sizeof *type);
@@ -55726,6 +56276,7 @@ static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
     size_t word = pdi_units_word(p->text + p->at);
     type->at = p->at;
     if (word > 0) return pdi_expr_name(p, word, type);
+    if (c == '[') return pdi_expr_name(p, pdi_expr_bracket(p), type);
     if (pdi_units_digit(c) || c == '.') return pdi_expr_number(p, type);
     if (c != '(') return pdi_expr_unexpected(p, "a number, a name or '('");
     p->at++;
@@ -57121,6 +57672,17 @@ static size_t pdi_text_begins(const pd_text *text, int section, const char *t, i
     return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
+/* Place of the ] of [FORMULA] at t, which is no section; 0: it is none. */
+static size_t pdi_text_species(const char *t)
+{
+    char name[PD_TEXT_WORD];
+    size_t size = pdi_text_name(t + 1, PDI_TEXT_FORMULA);
+    if (!size || t[1 + size] != ']' || size >= sizeof name) return 0;
+    memcpy(name, t + 1, size);
+    name[size] = '\0';
+    return pdi_keys_section(name) ? 0 : 1 + size;
+}
+
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
 static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
                                     size_t at, size_t *end)
@@ -57133,7 +57695,9 @@ static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int sectio
         if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
-        if (t[at] == '[' || t[at] == ']')
+        size_t species = t[at] == '[' ? pdi_text_species(t + at) : 0;
+        if (species) at += species;
+        if (t[at] == '[' || (t[at] == ']' && !species))
             return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
     }
     if (depth > 0) return pdi_text_expected(ctx, text, line, t, open, "its ')' on the same line");
@@ -58243,7 +58807,7 @@ PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
 
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
-    double vars[PDI_SETUP_LAW];
+    double vars[PD_EXPR_VARS];
     memset(vars, 0, sizeof vars);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
@@ -60113,14 +60677,75 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z and grain. */
+/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. */
+static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
+                                          pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
+{
+    const pd_electrolyte *e = &s->setup->electrolyte;
+    const char *at;
+    memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
+    memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
+    vars[PDI_SETUP_PH].name = "pH";
+    vars[PDI_SETUP_PH].unit = "";
+    *count = PDI_SETUP_PH + 1;
+    metal->species = 0;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
+    for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
+        int size = (int)strcspn(at, "]") + 1, known = 0;
+        if (size > PD_SPECIES_NAME) size = PD_SPECIES_NAME;
+        snprintf(name[metal->species], PD_SPECIES_NAME + 2, "%.*s", size, at);
+        for (int k = 0; k < metal->species; k++) known |= strcmp(name[k], name[metal->species]) == 0;
+        if (known) continue;
+        char word[PD_SPECIES_NAME + 2];
+        snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
+        int found = s->setup->has_chemistry ? pdi_electrolyte_find(e, word) : -1;
+        if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found [%s], expected a solute of a [species ...], "
+                                   "such as [H+]", word);
+        if (*count == PD_EXPR_VARS)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found more than %d species, expected fewer",
+                                   metal->species);
+        vars[*count].name = name[metal->species];
+        vars[*count].unit = "mol/m3";
+        vars[(*count)++].value = 0.0;
+        metal->of[metal->species++] = found;
+    }
+    return PD_OK;
+}
+
+/* A law in pH or species stands alone: they move before the metal does. */
+static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (!pdi_setup_chemical(metal)) return PD_OK;
+    int acid = u->has_chemistry && pdi_electrolyte_find(&u->electrolyte, "H+") >= 0;
+    if ((metal->rate.uses >> PDI_SETUP_PH & 1u) && !acid)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH without the species H+, expected [species H+] "
+                               "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+    if (metal->rate.uses & 1u)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH or species, expected the species of "
+                               "the dissolved metal, such as [Mg2+]");
+    if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH or species %s", u->metals > 1 ?
+                               "with several metals, expected one" : u->activation ?
+                               "with control = activation, expected diffusion" :
+                               "with drive = difference, expected constant");
+    return PD_OK;
+}
+
+/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z, grain, pH and species. */
 static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
                                      pd_setup_metal *metal)
 {
     double factor;
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    int count;
     if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
+    PDI_TRY(pdi_read_metal_variables(s, section, key, metal, vars, name, &count));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
+    PDI_TRY(pdi_read_metal_chemical(s, section, key, metal));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
     metal->rate_scale *= factor;
     return pdi_read_metal_check(s, section, key, metal);
@@ -63284,6 +63909,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
+    pd_etch etch;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
@@ -63310,6 +63936,11 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     course.reactive = &r;
     course.desc.settle = u->settle;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+        memset(&etch, 0, sizeof etch);
+        etch.reactive = &r;
+        *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
+    }
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 
@@ -63578,6 +64209,144 @@ PDI_FN pd_status pdi_footprint_check(pd_ctx *ctx, const pd_setup *setup, int dry
 #undef PDI_FOOTPRINT_PACK
 #undef PDI_FOOTPRINT_BASE
 #undef PDI_FOOTPRINT_NODES
+
+/* ======== >>run/attack.c ======== */
+/* attack: see attack.h */
+#include <math.h>
+#include <string.h>
+
+/* Share of saturation by which fluid is below it and counts as saturated. */
+#define PDI_ATTACK_SALT 1e-6
+
+/* The law at the surface beside a node. */
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double t)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    const pd_setup_metal *metal = &a->setup->metal[0];
+    double vars[PD_EXPR_VARS];
+    vars[0] = 0.0;
+    vars[1] = t;
+    pd_grid_position(a->dissolve->grid, node, vars + 2);
+    vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
+    vars[PDI_SETUP_PH] = ph;
+    for (int k = 0; k < metal->species; k++)
+        vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+}
+
+PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
+                                  const pd_course *course, pd_attack *a)
+{
+    const pd_setup_metal *metal = &setup->metal[0];
+    pd_etch_desc desc;
+    memset(a, 0, sizeof *a);
+    memset(&desc, 0, sizeof desc);
+    desc.law = pdi_attack_law;
+    desc.user = a;
+    desc.shed = setup->sheds ? setup->shed : NULL;
+    desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
+    for (int k = 0; k < metal->species; k++)
+        if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
+            desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
+    a->setup = setup;
+    a->dissolve = dissolve;
+    a->course = course;
+    PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
+    if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    return PD_OK;
+}
+
+PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
+{
+    if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
+    pd_etch_free(ctx, &a->etch);
+    memset(a, 0, sizeof *a);
+}
+
+PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    return a->etch.speed[at->node];
+}
+
+/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
+static double pdi_attack_thick(const pd_attack *a, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
+    if (pdi_metal_bonds(d) || !(diffusivity > 0.0)) return 0.0;
+    return d->kind[0].supply * (beside->flux / beside->weight) * (beside->film / beside->weight) / diffusivity;
+}
+
+static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node)
+{
+    char place[PDI_GRID_PLACE];
+    double v = a->etch.speed[node];
+    if (v < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH or species gives %g m/s at t = %g s (node %d at "
+                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+                    pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
+}
+
+/* 1: a salt layer is there. What it lets pass the metal says, and species have it a step later. */
+static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
+{
+    return pdi_metal_bonds(d) && d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_ATTACK_SALT);
+}
+
+/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now. */
+static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        int32_t i = beside->node;
+        if (!(beside->weight > 0.0)) continue;
+        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, pdi_attack_thick(a, beside), s->speed[i]);
+        PDI_TRY(pdi_attack_lawful(ctx, a, i));
+    }
+    return PD_OK;
+}
+
+/* The law for the species as they are now. */
+static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    pdi_etch_open(s);
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        pdi_law law;
+        if (!(beside->weight > 0.0)) continue;
+        if (a->grain) {
+            pdi_interface_law(d, beside, &law);
+            a->grain[beside->node] = law.at.grain;
+        }
+        if (!pdi_attack_salt(d, beside->node))
+            pdi_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+    }
+    pdi_etch_solve(ctx, s, 0);
+    return pdi_attack_speeds(ctx, a);
+}
+
+PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    pd_etch *s = &a->etch;
+    s->time = t;
+    if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
+    for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
+        s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
+    return pdi_attack_speeds(ctx, a);
+}
+
+PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    a->begin = a->dissolve->time = t;
+    return pdi_dissolve_prepare(ctx, a->dissolve);
+}
 #ifdef PDI_COLD
 #pragma GCC pop_options
 #elif defined(PDI_SMALL)
@@ -63842,6 +64611,12 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
+    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->attack));
+        desc.surface = &m->attack.etch;
+        desc.find = pdi_attack_find;
+        desc.user = &m->attack;
+    }
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
 }
 
@@ -63870,7 +64645,7 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
     const pd_setup_metal *metal = (const pd_setup_metal *)user;
-    double vars[PDI_SETUP_LAW];
+    double vars[PD_EXPR_VARS];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
@@ -63959,6 +64734,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
+    if (pdi_setup_chemical(&u->metal[0])) {
+        desc.rate = pdi_attack_rate;
+        desc.rate_user = &m->attack;
+        desc.found = pdi_attack_found;
+        desc.found_user = &m->attack;
+        desc.lags = 1;
+    }
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
@@ -64071,9 +64853,10 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
+    if (m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     return PD_OK;
 }
 
@@ -64107,6 +64890,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
+    pdi_attack_free(ctx, &m->attack);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
@@ -66146,6 +66930,10 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
+    if (pdi_setup_chemical(metal)) {
+        snprintf(text, size, "surface rate by a law in the species at the surface, Cs = %.6g mol/m3", metal->solid_c);
+        return;
+    }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
              u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
              metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,

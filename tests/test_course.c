@@ -136,6 +136,55 @@ TEST(amounts)
     close_model();
 }
 
+/* A law in pH: a closed box whose metal dissolves ever more slowly. A pool of base: dB/dt = 2 Cs v(pH)/width. */
+TEST(law_in_ph)
+{
+    static const char text[] = BOX("10 um", "100 um") BLOCK("0 .. 40 um") ACROSS "[chemistry] activity = ideal\n" IONS
+        "[species Na+] initial = 145 mM\n[species Cl-] initial = 145 mM\n[species Mg2+] D = 0.7e-9 m2/s\n"
+        "[transport] D = 0.7e-9 m2/s\n[dissolve] rate = 1e-13 m/s * 10^(0.3*(7 - pH))  " SURFACE
+        "\n[run] until = 40 h  rtol = 2e-4\n";
+    if (!open_model(text)) return;
+    if (!run_to(144000.0)) return;
+    double cs = test_setup.metal[0].solid_c, base = 0.0, t = 0.0, width = 60e-6;
+    const pd_ledger *l = &test_model.couple.ledger[0];
+    double lost = (l->solid_start - l->solid) / (PD_DIM == 2 ? 30e-6 : 1.0);
+    for (int n = 0; n < 400000; n++) { /* as if it were stirred: the layer is thin for such speeds */
+        double dt = 144000.0 * (n < 200000 ? 5e-9 : 0.999 / 200000.0), oh = 0.5 * (base + sqrt(base * base + 4e-8));
+        base += dt * 2.0 * cs / width * 1e-13 * pow(10.0, 0.3 * (7.0 - (11.0 + log10(oh))));
+        t += dt;
+    }
+    CHECK_REL(t, 144000.0, 1e-9);
+    CHECK_REL(lost, 0.5 * base * width, 0.01);
+    pd_reactive_balance mg = balances("Mg");
+    CHECK_NEAR((test_model.course.taken - (l->solid_start - l->solid)) / mg.in, 0.0, 1e-9);
+    CHECK(fabs(l->relative) <= 1e-12);
+    close_model();
+}
+
+/* The same by bonds, with nodes that turn: what metal has lost is in the species, and the gas. A law in a species. */
+TEST(corrode)
+{
+    static const char text[] = BOX("10 um", "500 um") BLOCK("0 .. 100 um") ACROSS "[chemistry] activity = ideal\n" IONS
+        "[species Na+] initial = 1 mM\n[species Cl-] initial = 1 mM\n[species Mg2+] D = 0.7e-9 m2/s\n"
+        "[corrode] rate = 40 um/h / (1 + [Mg2+]/(5 mol/L))  Csat = 5 mol/L  D = 0.7e-9 m2/s  " SURFACE
+        "\n[run] until = 0.6 h\n";
+    if (!open_model(text)) return;
+    int64_t solid = test_model.grid.solid_count;
+    if (!run_to(2160.0)) return;
+    CHECK(test_model.grid.solid_count < solid);
+    const pd_ledger *l = &test_model.couple.ledger[0];
+    double lost = l->solid_start - l->solid, owed = 0.0;
+    pd_reactive_balance mg = balances("Mg");
+    for (int32_t i = 0; i < test_model.grid.total; i++) /* given by the last step, and taken by the next */
+        if (test_model.grid.kind[i] == PD_FLUID) owed += test_model.dissolve.shed[i] * test_model.stencil.volume;
+    CHECK_NEAR((mg.dissolved + mg.carry + owed - lost) / lost, 0.0, 1e-10);
+    CHECK_NEAR((test_model.course.taken + owed - lost) / lost, 0.0, 1e-10);
+    CHECK_LE(fabs(owed), 0.02 * lost);
+    CHECK_LE(fabs(l->relative), 1e-12);
+    CHECK_NEAR(test_setup.gas_shed, 1.0, 0.0);
+    close_model();
+}
+
 /* ---- fronts, one species ---- */
 
 #define GIVEN(vx) "[flow] rho = 1000 kg/m3  mu = 1 mPa s  time = given  vx = " vx "\n"
@@ -265,11 +314,8 @@ TEST(fields)
     close_model();
 }
 
-TEST(checkpoint)
+static void resumed(const char *text)
 {
-    static const char text[] = BOX("10 um", "100 um") BLOCK("0 .. 30 um") ACROSS HBSS
-        "[transport] D = 0.7e-9 m2/s\n[dissolve] rate = 4 um/h  threshold = 0.01  " SURFACE
-        "\n[run] until = 4 h  rtol = 0.02\n";
     size_t size;
     if (!open_model(text)) return;
     if (!run_to(7200.0)) return;
@@ -289,6 +335,12 @@ TEST(checkpoint)
     free(kept);
     close_model();
 }
+
+#define RESUMED(rate) \
+    BOX("10 um", "100 um") BLOCK("0 .. 30 um") ACROSS HBSS "[transport] D = 0.7e-9 m2/s\n[dissolve] rate = " rate \
+    "  threshold = 0.01  " SURFACE "\n[run] until = 4 h  rtol = 0.02\n"
+TEST(checkpoint) { resumed(RESUMED("4 um/h")); }
+TEST(checkpoint_of_a_law) { resumed(RESUMED("4 um/h * 10^(0.1*(7 - pH))")); }
 
 /* ---- bad input ---- */
 
@@ -321,8 +373,15 @@ TEST(refusals)
             "found no metal");
     refused(METAL "[dissolve] rate = 1 um/h  " SURFACE "\n" END, "found without species");
     refused(METAL ION "[chemistry] time = steady\n[dissolve] rate = 1 um/h\n" END, "'steady' beside metal");
-    refused(METAL IONS "[dissolve] rate = 1 um/h * pH\n" END, "pH");
+    refused(METAL "[dissolve] rate = 1 um/h * pH\n" END, "found pH without the species H+");
+    refused(METAL ION "[dissolve] rate = 1 um/h * pH\n" END, "found pH without the species H+");
+    refused(METAL ION "[dissolve] rate = 1 um/h * [K+]/(1 mM)\n" END, "found [K+], expected a solute");
+    refused(METAL "[dissolve] rate = 1 um/h * [K+]/(1 mM)\n" END, "found [K+], expected a solute");
+    refused(METAL IONS "[dissolve] rate = 1 um/h * [OH-]\n" END, "expected a speed");
+    refused(METAL IONS "[dissolve] rate = 1 um/h * pH * C/(1 mM)\n" END, "found C beside pH or species");
+    refused(METAL ION "[output] every = [Na+] * 1 s\n" END, "laws of the speed of metal alone know species");
+    refused(METAL ION "[dissolve] rate = 1 um/h [flow]\n" END, "a section starts on a line of its own");
 }
 
-TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(front) ENTRY(one_species) ENTRY(steady) ENTRY(fields) ENTRY(checkpoint)
-          ENTRY(refusals))
+TEST_MAIN(ENTRY(titration) ENTRY(amounts) ENTRY(law_in_ph) ENTRY(corrode) ENTRY(front) ENTRY(one_species)
+          ENTRY(steady) ENTRY(fields) ENTRY(checkpoint) ENTRY(checkpoint_of_a_law) ENTRY(refusals))

@@ -96,7 +96,8 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, slot, total, "1");
     if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
     if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
-    if (desc->sheds) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
+    if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, total, "mol/m3");
+    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, total, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
     PDI_VALUE(owner, dissolve, next_dt, "s");
@@ -373,6 +374,7 @@ PDI_FN pd_status pdi_dissolve_prepare(pd_ctx *ctx, pd_dissolve *d)
     }
     memset(d->mark, 0, (size_t)d->grid->total);
     d->gone_count = 0;
+    if (d->desc.found) PDI_TRY(d->desc.found(ctx, d->desc.found_user, d->time));
     for (int32_t k = 0; k < d->beside_count; k++)
         if (d->beside[k].weight > 0.0) PDI_TRY(pdi_dissolve_begin_law(ctx, d, &d->beside[k]));
     if (!(d->last_dt > 0.0) && d->moved) d->next_dt = pd_transport_limit(ctx, t);

@@ -9,6 +9,7 @@
 #define PD_METAL_H
 #include "transport/transport.h"
 #include "lattice/path.h"
+#include "solve/process.h"
 #include "metal/front.h"
 #include "metal/law.h"
 #include <math.h>
@@ -44,6 +45,10 @@ typedef struct pd_dissolve_desc {
     const int32_t *grain; /* [total] of solid nodes: what a law sees as pd_rate_at.grain; NULL: -1. Borrowed */
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     int sheds;            /* 1: `shed` of pd_dissolve is kept */
+    int lags;             /* 1: and lasts from step to step: its user empties it before the metal moves */
+    pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
+                           * nobody wants to know */
+    void *found_user;
     pd_metal_model model;
     /* ---- bonds: */
     double saturation;    /* [mol/m3] Csat, 0 < Csat < Cs: fluid at or above it takes no metal, metal turns there */

@@ -5,6 +5,7 @@
  * linear systems are solved by GMRES with the derivatives dc/dT of each node.
  */
 #include "react/advance.h"
+#include "react/etch.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include "transport/bounds.h"
@@ -74,6 +75,10 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
         double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
     }
+    const pd_etch *metal = r->surface;
+    if (!metal || metal->slot[i] < 0) return;
+    double given = metal->weight[metal->slot[i]] * metal->speed[i];
+    for (int k = 0; k < s->count; k++) lack[k] += metal->gain[k] * given;
 }
 
 /* 1: no solute of component k is at node i. */
@@ -94,6 +99,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     pdi_advance_images(r, r->c);
     pdi_advance_leave(ctx, r, r->c, r->wall, work);
+    if (r->surface) pdi_etch_solve(ctx, r->surface, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double lack[PD_SPECIES_MOST];
@@ -169,6 +175,7 @@ static pd_status pdi_advance_derive(pd_ctx *ctx, pd_reactive *r)
             r->filter[n].absorb[i] = fmax(rate, 0.0);
         }
     }
+    if (r->surface) pdi_etch_solve(ctx, r->surface, 1);
     for (int n = 0; n < s->kinetics; n++)
         PDI_TRY(pdi_inverse_setup(ctx, &r->filter[n].inverse, 1.0 / r->dt, NULL, 0));
     return PD_OK;
@@ -212,6 +219,11 @@ static void pdi_advance_apply(void *user, const double *x, double *y)
             for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
         }
     }
+    for (int32_t p = 0; r->surface && p < r->surface->count; p++) {
+        double given = r->surface->weight[p] * pdi_etch_follow(r->surface, p, x);
+        for (int k = 0; k < s->count; k++)
+            y[k * total + r->surface->node[p]] -= r->surface->gain[k] * given / r->weight[k];
+    }
     pdi_advance_spend(r, y);
 }
 
@@ -235,6 +247,34 @@ static void pdi_advance_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     }
 }
 
+/* A law that is stiffer than all else that its node exchanges comes to rest by itself: x loses it, `split` is its
+ * extent. */
+static void pdi_advance_split_metal(pd_reactive *r, double *x)
+{
+    const pd_components *s = &r->components;
+    pd_etch *metal = r->surface;
+    int64_t total = r->grid->total;
+    for (int32_t p = 0; p < metal->count; p++) {
+        int32_t i = metal->node[p];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0;
+        const float *by = metal->by + (int64_t)p * s->count;
+        for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * metal->gain[k];
+        metal->split[p] = 0.0;
+        if (!(rate > own)) continue;
+        double extent = -metal->weight[p] * pdi_etch_follow(metal, p, x) / rate;
+        for (int k = 0; k < s->count; k++) x[k * total + i] -= metal->gain[k] * extent / r->weight[k];
+        metal->split[p] = extent / (rate + own);
+    }
+}
+
+static void pdi_advance_join_metal(const pd_reactive *r, double *y)
+{
+    const pd_etch *metal = r->surface;
+    for (int32_t p = 0; p < metal->count; p++)
+        for (int k = 0; k < r->components.count; k++)
+            y[k * (int64_t)r->grid->total + metal->node[p]] += metal->gain[k] * metal->split[p] / r->weight[k];
+}
+
 /* y near J^-1 x: each component by itself with the mean diffusivity; what kinetic reactions bring to rest, with their
  * rate. */
 static void pdi_advance_precondition(void *user, const double *x, double *y)
@@ -244,13 +284,14 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *rest = r->move;
-    if (!s->kinetics) {
+    if (!s->kinetics && !r->surface) {
         for (int k = 0; k < s->count; k++) pdi_inverse_apply(u->ctx, &r->inverse, x + k * total, y + k * total);
         pdi_advance_spend(r, y);
         return;
     }
     pdi_par_copy(u->ctx, s->count * total, x, rest);
     pdi_par_zero(u->ctx, s->count * total, y);
+    if (r->surface) pdi_advance_split_metal(r, rest);
     for (int n = 0; n < s->kinetics; n++) {
         pdi_advance_split(u->ctx, r, n, rest);
         pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
@@ -261,6 +302,7 @@ static void pdi_advance_precondition(void *user, const double *x, double *y)
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);
         pdi_par_axpy(u->ctx, total, 1.0, r->part_of, y + k * total);
     }
+    if (r->surface) pdi_advance_join_metal(r, y);
     pdi_advance_spend(r, y);
 }
 
@@ -466,6 +508,13 @@ static int pdi_advance_keeps(const pd_reactive *r, double stage)
     return 1;
 }
 
+/* What passes in dt [s] at the present state. */
+static void pdi_advance_pass(pd_reactive *r, double dt)
+{
+    pdi_reactive_pass(r, dt);
+    if (r->surface) pdi_etch_pass(r->surface, dt);
+}
+
 /* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
 static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
@@ -474,18 +523,19 @@ static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     memcpy(out, r->out, sizeof out);
     pd_status status = pdi_advance_newton(ctx, r, stage, result);
     if (status != PD_OK) return status;
-    pdi_reactive_pass(r, dt - stage);
+    pdi_advance_pass(r, dt - stage);
     pdi_advance_between(r);
     status = pdi_advance_newton(ctx, r, stage, result);
     if (status == PD_OK) result->error = pdi_advance_error(r);
     if (status == PD_OK && !pdi_advance_keeps(r, stage)) status = PD_NOT_CONVERGED;
     if (status != PD_OK) {
+        if (r->surface) pdi_etch_begin(r->surface);
         memcpy(r->in, in, sizeof in);
         memcpy(r->out, out, sizeof out);
         return status;
     }
     pdi_advance_owe(r, stage, dt - stage);
-    pdi_reactive_pass(r, stage);
+    pdi_advance_pass(r, stage);
     return PD_OK;
 }
 
@@ -510,7 +560,7 @@ static pd_status pdi_advance_take(pd_ctx *ctx, pd_reactive *r, double dt, pd_rea
     pd_status status = pdi_advance_solve(ctx, r, dt, result);
     if (status != PD_OK) return status;
     pdi_advance_owe(r, dt, 0.0);
-    pdi_reactive_pass(r, dt);
+    pdi_advance_pass(r, dt);
     return PD_OK;
 }
 
@@ -521,6 +571,7 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
     PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
+    if (r->surface) pdi_etch_begin(r->surface);
     pdi_multigrid_open(&r->inverse.mg);
     for (int n = 0; n < r->components.kinetics; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);

@@ -84,6 +84,20 @@ static void pdi_course_taken(pd_course *a, double dt, int last)
     a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
+/* What the law at the surface gave in the step of the run has still to come from the metal. */
+static void pdi_course_owed(pd_course *a)
+{
+    const pd_reactive *r = a->reactive;
+    const pd_etch *s = a->desc.surface;
+    pdi_sum sum = {0.0, 0.0};
+    for (int32_t p = 0; p < s->count; p++) {
+        double given = s->weight[p] * s->passed[p];
+        if (a->desc.fed) a->desc.fed[s->node[p]] -= given;
+        pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+    }
+    a->taken += pdi_sum_total(&sum) * r->bonds->stencil->volume;
+}
+
 /* ---- the steps of a process ---- */
 
 static void pdi_course_keep(const pd_ctx *ctx, pd_course *a, int back)
@@ -103,6 +117,8 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->left = s->limit - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
+    if (a->desc.surface && !a->begun) PDI_TRY(a->desc.find(ctx, a->desc.user, s->time));
+    a->begun = 1;
     pdi_course_keep(ctx, a, 0);
     pdi_course_feed(a);
     s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
@@ -115,6 +131,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_course *a = (pd_course *)self;
     pd_reactive_result result;
     if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (a->desc.surface) a->desc.surface->time = s->time + 0.5 * s->dt;
     pd_status status = pd_reactive_step(ctx, a->reactive, s->dt, &result);
     a->krylov += result.krylov;
     a->newton += result.newton;
@@ -135,7 +152,11 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    pdi_course_taken(a, s->dt, !(s->end < s->limit));
+    int last = !(s->end < s->limit);
+    pdi_course_taken(a, s->dt, last);
+    if (a->desc.surface) pdi_etch_accept(a->desc.surface);
+    if (a->desc.surface && last) pdi_course_owed(a);
+    if (last) a->begun = 0;
     a->time = s->end;
     if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
@@ -236,6 +257,7 @@ pd_process pd_course_process(pd_course *a)
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
+    p.inner = a->desc.surface != NULL;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;

@@ -6,6 +6,7 @@
 #ifndef PD_COURSE_H
 #define PD_COURSE_H
 #include "react/advance.h"
+#include "react/etch.h"
 #include "solve/process.h"
 
 typedef struct pd_course_desc {
@@ -15,6 +16,9 @@ typedef struct pd_course_desc {
     double *fed;    /* [total] [mol/m3] of metal that fluid nodes have got and that is not yet in the species; NULL:
                      * none dissolves. Borrowed: it is emptied here */
     const double *shed; /* [species] [-] of each with one of the metal, negative: it goes; unread without `fed` */
+    pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
+    pd_at_fn find;       /* lists its places */
+    void *user;
 } pd_course_desc;
 
 typedef struct pd_course {
@@ -29,6 +33,7 @@ typedef struct pd_course {
     double error;           /* [-] estimated error of the last step */
     double left;            /* [s] of the step of the run */
     double taken;           /* [mol] of metal that is in the species */
+    int begun;              /* 1: places of the surface are those of the step of the run */
     int bent;               /* 1: nodes have turned fluid; the next step is not judged */
     int64_t steps, rejected, krylov, newton;
     int64_t euler;          /* steps taken by backward Euler */

@@ -91,6 +91,7 @@ typedef struct pd_reactive {
     int slots;
     double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
     double dt;                       /* [s] of the stage at hand */
+    struct pd_etch *surface;      /* metal that dissolves by a law in the species; NULL: none. Borrowed */
 } pd_reactive;
 
 #define pd_reactive_build PD_NAME(pd_reactive_build)

@@ -276,6 +276,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
+    pd_etch etch;
     if (!u->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
@@ -302,6 +303,11 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     course.reactive = &r;
     course.desc.settle = u->settle;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
+    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+        memset(&etch, 0, sizeof etch);
+        etch.reactive = &r;
+        *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
+    }
     b->working += (1.0 + r.components.kinetics) * pdi_footprint_levels(plan, &r.inverse.mg);
 }
 

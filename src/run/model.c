@@ -246,6 +246,12 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
     desc.shed = u->shed;
+    if (u->has_dissolve && pdi_setup_chemical(&u->metal[0])) {
+        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, &m->dissolve, &m->course, &m->attack));
+        desc.surface = &m->attack.etch;
+        desc.find = pdi_attack_find;
+        desc.user = &m->attack;
+    }
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
 }
 
@@ -274,7 +280,7 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
     const pd_setup_metal *metal = (const pd_setup_metal *)user;
-    double vars[PDI_SETUP_LAW];
+    double vars[PD_EXPR_VARS];
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
@@ -363,6 +369,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
     desc.sheds = u->sheds;
+    if (pdi_setup_chemical(&u->metal[0])) {
+        desc.rate = pdi_attack_rate;
+        desc.rate_user = &m->attack;
+        desc.found = pdi_attack_found;
+        desc.found_user = &m->attack;
+        desc.lags = 1;
+    }
     m->unknowns[PD_PART_DISSOLVE] = m->grid.solid_count;
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
@@ -475,9 +488,10 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
+    if (m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
+    if (u->has_chemistry && !m->attack.dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_course_process(&m->course)));
     return PD_OK;
 }
 
@@ -511,6 +525,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
+    pdi_attack_free(ctx, &m->attack);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);

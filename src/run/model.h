@@ -11,6 +11,7 @@
 #include "run/inlet.h"
 #include "run/wall.h"
 #include "run/grip.h"
+#include "run/attack.h"
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
@@ -33,6 +34,7 @@ typedef struct pd_model {
     pd_two_stage two_stage;   /* without dissolution */
     pd_reactive reactive;     /* species */
     pd_course course;
+    pd_attack attack;         /* of a law in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */

@@ -130,6 +130,10 @@ static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
+    if (pdi_setup_chemical(metal)) {
+        snprintf(text, size, "surface rate by a law in the species at the surface, Cs = %.6g mol/m3", metal->solid_c);
+        return;
+    }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
              u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
              metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,

@@ -349,6 +349,9 @@ static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
     const char *why;
     pdi_units_near near_word;
     pdi_expr_quote(word, found);
+    if (*word == '[')
+        return pdi_expr_error(p, p->at, "found %.*s, expected none here: laws of the speed of metal alone know species",
+                              (int)(size < 40 ? size : 40), word);
     if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
         return pdi_expr_absent(p, found);
     if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
@@ -550,6 +553,13 @@ static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *t
     return pdi_expr_unknown(p, size, 0);
 }
 
+/* Length of [name]. */
+static size_t pdi_expr_bracket(const pdi_expr_parser *p)
+{
+    const char *text = p->text + p->at, *close = strchr(text, ']');
+    return close ? (size_t)(close - text) + 1 : 1;
+}
+
 static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     memset(type, 0, sizeof *type);
@@ -558,6 +568,7 @@ static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
     size_t word = pdi_units_word(p->text + p->at);
     type->at = p->at;
     if (word > 0) return pdi_expr_name(p, word, type);
+    if (c == '[') return pdi_expr_name(p, pdi_expr_bracket(p), type);
     if (pdi_units_digit(c) || c == '.') return pdi_expr_number(p, type);
     if (c != '(') return pdi_expr_unexpected(p, "a number, a name or '('");
     p->at++;

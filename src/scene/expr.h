@@ -1,11 +1,11 @@
 /* expr: expressions such as "1.3 um/h * (1 - C/Csat)", checked for dimensions and compiled to a small stack code.
  *
  * Grammar, loosest first: a < b (also > <= >=; 1 or 0, no chains); + and -; * and /; unary minus; ^ (from the right).
- * Primaries: number [unit], name, function(...), (...). A number directly followed by a unit is scaled to SI; a unit
- * may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name. The literal 0 fits any
- * dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain numbers), abs sqrt min max
- * atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the caller are functions of one
- * argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
+ * Primaries: number [unit], name, [H+] where that is declared, function(...), (...). A number that a unit follows at
+ * once is scaled to SI; a unit may also follow a '/' ("0.5*x/s"). A declared name wins over a unit of the same name.
+ * The literal 0 fits any dimension. Functions: sin cos tan exp log log10 tanh sinh cosh atan erf floor (of plain
+ * numbers), abs sqrt min max atan2 pow and if(condition, then, otherwise). min and max pass NaN on. Tables of the
+ * caller are functions of one argument. Built-in constants, unless shadowed: pi, R [J/mol/K], F [C/mol] (CODATA 2018).
  */
 #ifndef PD_EXPR_H
 #define PD_EXPR_H

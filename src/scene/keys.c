@@ -164,7 +164,7 @@ static const pd_key pdi_keys_of_transport[] = {
 
 static const pd_key pdi_keys_of_dissolve[] = {
     {"rate", "m/s", "`rate` or `law` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z"},
+     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
     {"law", "1/s", "-",
      "the same in layers of `h` per time: speed = law h. Depends on the grid"},
     {"rate_scale", "-", "1",
@@ -187,7 +187,7 @@ static const pd_key pdi_keys_of_dissolve[] = {
 
 static const pd_key pdi_keys_of_corrode[] = {
     {"rate", "m/s", "`rate` or `current` required",
-     "recession speed of the surface, expression in `C`, t, x, y, z"},
+     "recession speed of the surface, expression in `C`, t, x, y, z, or in pH and species (2.20)"},
     {"current", "A/m2", "-",
      "the same as a current density: speed = `i/(z F Cs)`"},
     {"rate_scale", "-", "1",

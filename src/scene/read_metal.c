@@ -108,14 +108,75 @@ static pd_status pdi_read_metal_check(pdi_reader *s, int section, const char *ke
     return PD_OK;
 }
 
-/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z and grain. */
+/* The variables of a law: those of all laws, pH, and the species that its text names as [H+], which name[] keeps. */
+static pd_status pdi_read_metal_variables(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
+                                          pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
+{
+    const pd_electrolyte *e = &s->setup->electrolyte;
+    const char *at;
+    memcpy(vars, pdi_setup_law(), PDI_SETUP_LAW * sizeof *vars);
+    memset(&vars[PDI_SETUP_PH], 0, sizeof *vars);
+    vars[PDI_SETUP_PH].name = "pH";
+    vars[PDI_SETUP_PH].unit = "";
+    *count = PDI_SETUP_PH + 1;
+    metal->species = 0;
+    PDI_TRY(pdi_text_string(s->ctx, s->text, section, key, NULL, &at));
+    for (at = strchr(at, '['); at; at = strchr(at + 1, '[')) {
+        int size = (int)strcspn(at, "]") + 1, known = 0;
+        if (size > PD_SPECIES_NAME) size = PD_SPECIES_NAME;
+        snprintf(name[metal->species], PD_SPECIES_NAME + 2, "%.*s", size, at);
+        for (int k = 0; k < metal->species; k++) known |= strcmp(name[k], name[metal->species]) == 0;
+        if (known) continue;
+        char word[PD_SPECIES_NAME + 2];
+        snprintf(word, sizeof word, "%.*s", size - 2, at + 1);
+        int found = s->setup->has_chemistry ? pdi_electrolyte_find(e, word) : -1;
+        if (found < 0 || e->species[found].phase != PD_PHASE_SOLUTE)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found [%s], expected a solute of a [species ...], "
+                                   "such as [H+]", word);
+        if (*count == PD_EXPR_VARS)
+            return pdi_text_refuse(s->ctx, s->text, section, key, "found more than %d species, expected fewer",
+                                   metal->species);
+        vars[*count].name = name[metal->species];
+        vars[*count].unit = "mol/m3";
+        vars[(*count)++].value = 0.0;
+        metal->of[metal->species++] = found;
+    }
+    return PD_OK;
+}
+
+/* A law in pH or species stands alone: they move before the metal does. */
+static pd_status pdi_read_metal_chemical(pdi_reader *s, int section, const char *key, const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (!pdi_setup_chemical(metal)) return PD_OK;
+    int acid = u->has_chemistry && pdi_electrolyte_find(&u->electrolyte, "H+") >= 0;
+    if ((metal->rate.uses >> PDI_SETUP_PH & 1u) && !acid)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH without the species H+, expected [species H+] "
+                               "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+    if (metal->rate.uses & 1u)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found C beside pH or species, expected the species of "
+                               "the dissolved metal, such as [Mg2+]");
+    if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
+        return pdi_text_refuse(s->ctx, s->text, section, key, "found pH or species %s", u->metals > 1 ?
+                               "with several metals, expected one" : u->activation ?
+                               "with control = activation, expected diffusion" :
+                               "with drive = difference, expected constant");
+    return PD_OK;
+}
+
+/* Speed, or current density through Faraday's law, as an expression in C, t, x, y, z, grain, pH and species. */
 static pd_status pdi_read_metal_rate(pdi_reader *s, int section, const char *key, const char *other, const char *unit,
                                      pd_setup_metal *metal)
 {
     double factor;
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    int count;
     if (pdi_text_has(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_refuse(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_law(), PDI_SETUP_LAW, NULL, &metal->rate));
+    PDI_TRY(pdi_read_metal_variables(s, section, key, metal, vars, name, &count));
+    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
+    PDI_TRY(pdi_read_metal_chemical(s, section, key, metal));
     PDI_TRY(pdi_reader_within(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
     metal->rate_scale *= factor;
     return pdi_read_metal_check(s, section, key, metal);

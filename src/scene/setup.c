@@ -316,7 +316,7 @@ PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
 
 PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
 {
-    double vars[PDI_SETUP_LAW];
+    double vars[PD_EXPR_VARS];
     memset(vars, 0, sizeof vars);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }

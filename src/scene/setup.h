@@ -188,7 +188,9 @@ typedef struct pd_setup_metal {
     pd_material material;
     double solid_c;    /* [mol/m3] Cs */
     int shape;         /* where it is; -1: all solid that is not of a later metal */
-    pd_expr rate;      /* of C, t, x, y, z; in m/s, in 1/s per layer, or in A/m2 */
+    pd_expr rate;      /* of C, t, x, y, z, grain, pH, species; in m/s, in 1/s per layer, or in A/m2 */
+    int species;       /* that the rate has behind pH, */
+    int of[PD_EXPR_VARS]; /* by their place in the electrolyte */
     double rate_scale; /* [-] 1 for a speed, [m] thickness of the layer, [m3/(A s)] speed of a current density */
 } pd_setup_metal;
 
@@ -438,6 +440,9 @@ PDI_FN const pd_expr_symbol *pdi_setup_position(void);
 #define PDI_SETUP_LAW (PD_DIM + 3)
 #define PDI_SETUP_GRAIN (PDI_SETUP_LAW - 1)
 PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+/* Behind them pH, and the species that a law names. 1: it depends on one of these. */
+#define PDI_SETUP_PH PDI_SETUP_LAW
+static inline int pdi_setup_chemical(const pd_setup_metal *metal) { return metal->rate.uses >> PDI_SETUP_PH != 0; }
 /* The variables sigma_h, mises, eps_p, x, y, z, t of what stress does to the speed. */
 #define PDI_SETUP_PACE (PD_DIM + 4)
 PDI_FN const pd_expr_symbol *pdi_setup_pace(void);

@@ -212,6 +212,17 @@ static size_t pdi_text_begins(const pd_text *text, int section, const char *t, i
     return pdi_text_listed(text, section, t, size) ? size : 0;
 }
 
+/* Place of the ] of [FORMULA] at t, which is no section; 0: it is none. */
+static size_t pdi_text_species(const char *t)
+{
+    char name[PD_TEXT_WORD];
+    size_t size = pdi_text_name(t + 1, PDI_TEXT_FORMULA);
+    if (!size || t[1 + size] != ']' || size >= sizeof name) return 0;
+    memcpy(name, t + 1, size);
+    name[size] = '\0';
+    return pdi_keys_section(name) ? 0 : 1 + size;
+}
+
 /* End of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line. */
 static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
                                     size_t at, size_t *end)
@@ -224,7 +235,9 @@ static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int sectio
         if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
         if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
-        if (t[at] == '[' || t[at] == ']')
+        size_t species = t[at] == '[' ? pdi_text_species(t + at) : 0;
+        if (species) at += species;
+        if (t[at] == '[' || (t[at] == ']' && !species))
             return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
     }
     if (depth > 0) return pdi_text_expected(ctx, text, line, t, open, "its ')' on the same line");

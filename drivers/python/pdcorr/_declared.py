@@ -1608,6 +1608,41 @@ def declare(dim):
         ('slots', c_int),
         ('weight', c_double * 32),
         ('dt', c_double),
+        ('surface', c_void_p),
+    ]
+
+    pd_etch_fn = CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double), c_double, c_double)
+
+    class pd_etch_desc(Structure):
+        pass
+    pd_etch_desc._fields_ = [
+        ('law', pd_etch_fn),
+        ('user', c_void_p),
+        ('shed', POINTER(c_double)),
+        ('reads', c_uint32),
+        ('reads_ph', c_int),
+    ]
+
+    class pd_etch(Structure):
+        pass
+    pd_etch._fields_ = [
+        ('desc', pd_etch_desc),
+        ('reactive', POINTER(pd_reactive)),
+        ('shed', c_double * 32),
+        ('gain', c_double * 32),
+        ('scale', c_double * 32),
+        ('film', pd_components),
+        ('count', c_int32),
+        ('node', POINTER(c_int32)),
+        ('slot', POINTER(c_int32)),
+        ('weight', POINTER(c_double)),
+        ('thick', POINTER(c_double)),
+        ('speed', POINTER(c_double)),
+        ('ahead', POINTER(c_double)),
+        ('passed', POINTER(c_double)),
+        ('split', POINTER(c_double)),
+        ('by', POINTER(c_float)),
+        ('time', c_double),
     ]
 
     class pd_reactive_result(Structure):
@@ -1629,6 +1664,9 @@ def declare(dim):
         ('settle', c_int),
         ('fed', POINTER(c_double)),
         ('shed', POINTER(c_double)),
+        ('surface', POINTER(pd_etch)),
+        ('find', pd_at_fn),
+        ('user', c_void_p),
     ]
 
     class pd_course(Structure):
@@ -1646,6 +1684,7 @@ def declare(dim):
         ('error', c_double),
         ('left', c_double),
         ('taken', c_double),
+        ('begun', c_int),
         ('bent', c_int),
         ('steps', c_int64),
         ('rejected', c_int64),
@@ -2180,6 +2219,7 @@ def declare(dim):
         ('t', c_double),
         ('x', c_double * dim),
         ('grain', c_int32),
+        ('node', c_int32),
     ]
 
     pd_rate_fn = CFUNCTYPE(c_double, c_void_p, POINTER(pd_rate_at))
@@ -2261,6 +2301,9 @@ def declare(dim):
         ('grain', POINTER(c_int32)),
         ('factor', POINTER(c_double)),
         ('sheds', c_int),
+        ('lags', c_int),
+        ('found', pd_at_fn),
+        ('found_user', c_void_p),
         ('model', c_int),
         ('saturation', c_double),
         ('rtol', c_double),
@@ -3046,6 +3089,8 @@ def declare(dim):
         ('solid_c', c_double),
         ('shape', c_int),
         ('rate', pd_expr),
+        ('species', c_int),
+        ('of', c_int * 32),
         ('rate_scale', c_double),
     ]
 
@@ -3281,6 +3326,17 @@ def declare(dim):
         ('all', c_double),
     ]
 
+    class pd_attack(Structure):
+        pass
+    pd_attack._fields_ = [
+        ('surface', pd_etch),
+        ('setup', POINTER(pd_setup)),
+        ('dissolve', POINTER(pd_dissolve)),
+        ('course', POINTER(pd_course)),
+        ('grain', POINTER(c_int32)),
+        ('begin', c_double),
+    ]
+
     class pd_model(Structure):
         pass
     pd_model._fields_ = [
@@ -3303,6 +3359,7 @@ def declare(dim):
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
         ('course', pd_course),
+        ('attack', pd_attack),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
         ('factor', POINTER(c_double)),
@@ -3793,6 +3850,8 @@ def declare(dim):
         'pd_reactive_ph': (c_double, [POINTER(pd_reactive), c_int32]),
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
+        'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),
+        'pd_etch_free': (None, [POINTER(pd_ctx), POINTER(pd_etch)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),
         'pd_course_process': (pd_process, [POINTER(pd_course)]),

@@ -1,0 +1,138 @@
+/* attack: see attack.h */
+#include "run/attack.h"
+#include "metal/interface.h"
+#include <math.h>
+#include <string.h>
+
+/* Share of saturation by which fluid is below it and counts as saturated. */
+#define PDI_ATTACK_SALT 1e-6
+
+/* The law at the surface beside a node. */
+static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double t)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    const pd_setup_metal *metal = &a->setup->metal[0];
+    double vars[PD_EXPR_VARS];
+    vars[0] = 0.0;
+    vars[1] = t;
+    pd_grid_position(a->dissolve->grid, node, vars + 2);
+    vars[PDI_SETUP_GRAIN] = a->grain ? a->grain[node] : -1;
+    vars[PDI_SETUP_PH] = ph;
+    for (int k = 0; k < metal->species; k++)
+        vars[PDI_SETUP_PH + 1 + k] = c[a->etch.reactive->components.place[metal->of[k]]];
+    return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
+}
+
+PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
+                                  const pd_course *course, pd_attack *a)
+{
+    const pd_setup_metal *metal = &setup->metal[0];
+    pd_etch_desc desc;
+    memset(a, 0, sizeof *a);
+    memset(&desc, 0, sizeof desc);
+    desc.law = pdi_attack_law;
+    desc.user = a;
+    desc.shed = setup->sheds ? setup->shed : NULL;
+    desc.reads_ph = (int)(metal->rate.uses >> PDI_SETUP_PH & 1u);
+    for (int k = 0; k < metal->species; k++)
+        if (metal->rate.uses >> (PDI_SETUP_PH + 1 + k) & 1u)
+            desc.reads |= (uint32_t)1 << reactive->components.place[metal->of[k]];
+    a->setup = setup;
+    a->dissolve = dissolve;
+    a->course = course;
+    PDI_TRY(pd_etch_build(ctx, reactive, &desc, &a->etch));
+    if (metal->rate.uses >> PDI_SETUP_GRAIN & 1u) return PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain);
+    return PD_OK;
+}
+
+PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
+{
+    if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
+    pd_etch_free(ctx, &a->etch);
+    memset(a, 0, sizeof *a);
+}
+
+PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
+{
+    const pd_attack *a = (const pd_attack *)user;
+    return a->etch.speed[at->node];
+}
+
+/* Amounts of concentration that a unit of speed makes across the film, over its diffusivity [mol s/m4]. */
+static double pdi_attack_thick(const pd_attack *a, const pdi_beside *beside)
+{
+    const pd_dissolve *d = a->dissolve;
+    double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
+    if (pdi_metal_bonds(d) || !(diffusivity > 0.0)) return 0.0;
+    return d->kind[0].supply * (beside->flux / beside->weight) * (beside->film / beside->weight) / diffusivity;
+}
+
+static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int32_t node)
+{
+    char place[PDI_GRID_PLACE];
+    double v = a->etch.speed[node];
+    if (v < 1e100) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "dissolve", "the rate law in pH or species gives %g m/s at t = %g s (node %d at "
+                    "%s m, pH %.4g), expected a speed below 1e100 m/s", v, a->etch.time, (int)node,
+                    pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
+}
+
+/* 1: a salt layer is there. What it lets pass the metal says, and species have it a step later. */
+static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
+{
+    return pdi_metal_bonds(d) && d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_ATTACK_SALT);
+}
+
+/* Speeds beside metal: of places they are found; where there is none the law holds for the species as they are now. */
+static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        int32_t i = beside->node;
+        if (!(beside->weight > 0.0)) continue;
+        if (s->slot[i] < 0) s->speed[i] = pdi_etch_at(s, i, pdi_attack_thick(a, beside), s->speed[i]);
+        PDI_TRY(pdi_attack_lawful(ctx, a, i));
+    }
+    return PD_OK;
+}
+
+/* The law for the species as they are now. */
+static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
+{
+    const pd_dissolve *d = a->dissolve;
+    pd_etch *s = &a->etch;
+    pdi_etch_open(s);
+    for (int32_t k = 0; k < d->beside_count; k++) {
+        const pdi_beside *beside = &d->beside[k];
+        pdi_law law;
+        if (!(beside->weight > 0.0)) continue;
+        if (a->grain) {
+            pdi_interface_law(d, beside, &law);
+            a->grain[beside->node] = law.at.grain;
+        }
+        if (!pdi_attack_salt(d, beside->node))
+            pdi_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+    }
+    pdi_etch_solve(ctx, s, 0);
+    return pdi_attack_speeds(ctx, a);
+}
+
+PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    pd_etch *s = &a->etch;
+    s->time = t;
+    if (!(a->course->time > t)) return pdi_attack_now(ctx, a);
+    for (int32_t p = 0; p < s->count; p++) /* what the species have got in the step of the run */
+        s->speed[s->node[p]] = s->passed[p] / (a->course->time - a->begin);
+    return pdi_attack_speeds(ctx, a);
+}
+
+PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t)
+{
+    pd_attack *a = (pd_attack *)user;
+    a->begin = a->dissolve->time = t;
+    return pdi_dissolve_prepare(ctx, a->dissolve);
+}

@@ -1,0 +1,32 @@
+/* attack: a law of the scene in pH or species, between metal and species: where metal lies, what the law says there.
+ *
+ * The species move first, with the law in their equations. What it gave in the step of the run is the speed of the
+ * metal, which moves after them.
+ */
+#ifndef PD_ATTACK_H
+#define PD_ATTACK_H
+#include "metal/dissolve.h"
+#include "react/course.h"
+#include "scene/setup.h"
+
+typedef struct pd_attack {
+    pd_etch etch;
+    const pd_setup *setup;
+    pd_dissolve *dissolve;
+    const pd_course *course;
+    int32_t *grain; /* [total] of the metal beside a node; NULL: the law does not ask */
+    double begin;   /* [s] of the step of the run */
+} pd_attack;
+
+#ifdef PDI_INTERNAL
+/* The law of the first metal of the setup, which is chemical. All is borrowed. */
+PDI_FN pd_status pdi_attack_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, pd_dissolve *dissolve,
+                                  const pd_course *course, pd_attack *attack);
+PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *attack);
+/* A pd_rate_fn of the dissolution, its `found`, and the `find` of the course. */
+PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at);
+PDI_FN pd_status pdi_attack_found(pd_ctx *ctx, void *user, double t);
+PDI_FN pd_status pdi_attack_find(pd_ctx *ctx, void *user, double t);
+#endif
+
+#endif
