@@ -104,6 +104,23 @@ TEST(constants)
     CHECK_REL(e.reaction[0].backward, 1.4e8 * 1e-8, 1e-12);
 }
 
+/* Water has 0.8902 mPa s at 25 C and 0.6913 at 37 C (IAPWS). Energies of activation: rates back have those less the
+ * enthalpy. */
+TEST(temperature_of_rates)
+{
+    double by = 1.0 / 298.15 - 1.0 / 310.15, arrhenius = exp(20e3 / 8.314462618 * by);
+    pd_ctx ctx;
+    if (!parse(&ctx, "[chemistry] temperature = 310.15 K  diffusion = viscosity\n[species H+] D = 9.31e-9 m2/s\n"
+                     "[species OH-] D = 5e-9 m2/s * T/(310.15 K)  activation = 20 kJ/mol\n"
+                     "[reaction a] H+ + OH- = H2O  K = 1e14 L2/mol2  enthalpy = -55.91 kJ/mol  forward = 1 L/mol/s  "
+                     "activation = 20 kJ/mol\n"))
+        return;
+    CHECK_REL(e.species[0].diffusivity, 9.31e-9 * 0.8902 / 0.6913 * 310.15 / 298.15, 1e-3);
+    CHECK_REL(e.species[1].diffusivity, 5e-9 * arrhenius, 1e-12);
+    CHECK_REL(e.reaction[0].forward, 1e-3 * arrhenius, 1e-12);
+    CHECK_REL(e.reaction[0].backward, 1e-11 * exp(75.91e3 / 8.314462618 * by), 1e-9);
+}
+
 /* Of water at 37 C: pKw 13.61 to 13.63 in tables. A constant without an enthalpy stays; a rate back follows. */
 TEST(temperature)
 {
@@ -231,6 +248,9 @@ TEST(bad_input)
     refuse(6, WATER "[chemistry] pH = 0.5  counter = Na+\n", "cannot be reached with Na+");
     refuse(6, WATER "[chemistry] pH = 17  counter = Na+\n", "expected a pH from -2 to 16");
     refuse(6, WATER "[chemistry] temperature = 37 K\n", "expected water from 273 to 373 K");
+    refuse(6, WATER "[constants] T = 300 K\n", "found beside species, where T is their temperature");
+    refuse(6, WATER "[reaction r] H+ + OH- = H2O  K = 1e14 L2/mol2  activation = 1 J/mol\n", "found without a rate");
+    refuse(6, WATER "[species K+] activation = 1 J/mol\n", "found without D");
     refuse(6, WATER "[chemistry] activity = debye\n", "expected one of ideal, davies");
     refuse(6, WATER "[chemistry] ph = 7\n", "found the unknown key 'ph' in [chemistry]");
     refuse(1, "[species Na+] initial = 2 mM\n[species Cl-] initial = 1 mM\n", "the charges sum to +1 mol/m3");
@@ -338,6 +358,6 @@ static pd_status read_example(pd_ctx *ctx, void *user)
 
 TEST(allocation_failures) { CHECK_LE(20, fault_sweep("electrolyte", read_example, NULL, 10000, 1)); }
 
-TEST_MAIN(ENTRY(strong_acid_and_base) ENTRY(balance) ENTRY(constants) ENTRY(temperature) ENTRY(minerals)
-          ENTRY(seawater) ENTRY(examples) ENTRY(bad_input) ENTRY(includes) ENTRY(scenes) ENTRY(garbage)
-          ENTRY(allocation_failures))
+TEST_MAIN(ENTRY(strong_acid_and_base) ENTRY(balance) ENTRY(constants) ENTRY(temperature) ENTRY(temperature_of_rates)
+          ENTRY(minerals) ENTRY(seawater) ENTRY(examples) ENTRY(bad_input) ENTRY(includes) ENTRY(scenes)
+          ENTRY(garbage) ENTRY(allocation_failures))

@@ -426,7 +426,11 @@ static const pd_key pdi_keys_of_chemistry[] = {
     {"activity", "-", "davies",
      "`davies` (up to 0.5 mol/L) or `ideal`: coefficients of activity 1 (theory: 5b.2)"},
     {"temperature", "K", "298.15 K",
-     "273 to 373: Davies' equation and constants with an `enthalpy` follow it"},
+     "273 to 373: Davies' equation, constants with an `enthalpy`, rates and diffusivities with an `activation` follow "
+     "it; expressions know it as `T`"},
+    {"diffusion", "-", "given",
+     "`given`: each `D` holds as it is written, but for an `activation`; `viscosity`: those are of 25 C, and follow "
+     "temperature and viscosity of water by Stokes and Einstein (theory: eq. 5b.14)"},
     {"pH", "-", "that of the equilibrium",
      "at the start: acid or base comes to what is written, with its `counter`, until the equilibrium has this pH"},
     {"inlet_pH", "-", "that of `pH`",
@@ -443,6 +447,8 @@ static const pd_key pdi_keys_of_chemistry[] = {
 static const pd_key pdi_keys_of_species[] = {
     {"D", "m2/s", "not known",
      "diffusivity; a species that moves needs it"},
+    {"activation", "J/mol", "none: D holds as it is written",
+     "energy of activation of `D`, which is that of 25 C then (theory: eq. 5b.13)"},
     {"charge", "-", "that of the name",
      "needed where the name is no formula with its charge"},
     {"formula", "-", "the name",
@@ -467,7 +473,9 @@ static const pd_key pdi_keys_of_reaction[] = {
     {"forward", "of the reaction", "none: the reaction is in equilibrium",
      "rate constant from left to right, with its unit, for example `1.4e11 L/mol/s`"},
     {"backward", "of the reaction", "`forward` over K",
-     "from right to left"}};
+     "from right to left"},
+    {"activation", "J/mol", "none: rates hold as they are written",
+     "energy of activation of `forward`; rates are those of 25 C then; that of `backward` is less by the `enthalpy`"}};
 
 #define PDI_KEYS_OF(table) (table), (int)(sizeof(table) / sizeof(table)[0])
 static const pd_key_section pdi_keys_all[] = {

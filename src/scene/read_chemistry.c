@@ -45,7 +45,7 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
     int section = pdi_text_section(s->ctx, s->text, "chemistry", NULL);
     if (!pdi_read_electrolyte_given(s->ctx, s->text)) return PD_OK;
     u->has_chemistry = 1;
-    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &u->electrolyte));
+    PDI_TRY(pdi_read_electrolyte_sections(s->ctx, s->text, &s->named, &u->electrolyte));
     if (!pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "grid", NULL), NULL))
         return pdi_text_refuse(s->ctx, s->text, pdi_read_chemistry_section(s, ""), "chemistry",
                                "found species without a [grid], expected one for a run, or --speciate for their "

@@ -2,7 +2,6 @@
 #include "scene/read_electrolyte.h"
 #include "scene/include.h"
 #include "scene/override.h"
-#include "scene/read_constants.h"
 #include "scene/syntax.h"
 #include <math.h>
 #include <stdio.h>
@@ -12,6 +11,8 @@
 #define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
 #define PDI_READ_ELECTROLYTE_GAS 8.314462618 /* [J/mol/K] */
 #define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] of constants in tables */
+#define PDI_READ_ELECTROLYTE_COLD 273.0      /* [K] water is fluid between these */
+#define PDI_READ_ELECTROLYTE_HOT 373.2
 
 /* What the readers share. */
 typedef struct pdi_read_electrolyte {
@@ -19,6 +20,7 @@ typedef struct pdi_read_electrolyte {
     pd_text *text;
     pd_electrolyte *e;
     int chemistry;                    /* section */
+    int by_viscosity;                 /* 1: diffusivities follow the viscosity of water */
     int section[PD_SPECIES_MOST];     /* of each species */
 } pdi_read_electrolyte;
 
@@ -31,6 +33,62 @@ static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int se
     const char *what = strstr(s->ctx->message, ": ");
     snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
     return pdi_text_refuse(s->ctx, s->text, section, key, "%.500s", message);
+}
+
+/* ---- temperature ---- */
+
+/* Before all that follows it. Expressions behind it know it as T. */
+static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte *s, pdi_read_constants *named)
+{
+    static const char *const ways[] = {"given", "viscosity", NULL};
+    double *t = &s->e->temperature;
+    PDI_TRY(pdi_text_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
+    if (!(*t >= PDI_READ_ELECTROLYTE_COLD && *t <= PDI_READ_ELECTROLYTE_HOT))
+        return pdi_text_refuse(s->ctx, s->text, s->chemistry, "temperature", "found %g K, expected water from 273 to "
+                               "373 K", *t);
+    for (int k = 0; k < named->count; k++)
+        if (strcmp(named->symbol[k].name, "T") == 0)
+            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL), "T",
+                                   "found beside species, where T is their temperature, expected another name");
+    pdi_read_constants_append(s->text, named, "T", "K", *t);
+    return pdi_text_choice(s->ctx, s->text, s->chemistry, "diffusion", ways, "given", &s->by_viscosity);
+}
+
+/* Factor from 25 C to the temperature with an energy of activation [J/mol], by Arrhenius. */
+static double pdi_read_electrolyte_arrhenius(const pdi_read_electrolyte *s, double energy)
+{
+    return exp(energy / PDI_READ_ELECTROLYTE_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
+}
+
+/* log10 of the viscosity of water over that at 20 C: Kestin, Sokolov and Wakeham 1978. t: [C]. */
+static double pdi_read_electrolyte_viscous(double t)
+{
+    double less = 20.0 - t;
+    return less / (t + 96.0) * (1.2364 - less * (1.37e-3 - less * 5.7e-6));
+}
+
+/* Factor of a diffusivity from 25 C to the temperature by Stokes and Einstein: D mu/T stays. */
+static double pdi_read_electrolyte_stokes(const pdi_read_electrolyte *s)
+{
+    double t = s->e->temperature, ice = 273.15;
+    double more = pdi_read_electrolyte_viscous(PDI_READ_ELECTROLYTE_TABLES - ice);
+    more -= pdi_read_electrolyte_viscous(t - ice);
+    return t / PDI_READ_ELECTROLYTE_TABLES * pow(10.0, more);
+}
+
+/* A diffusivity goes from 25 C to the temperature. */
+static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int section, double *d)
+{
+    double energy;
+    int own = pdi_text_has(s->ctx, s->text, section, "activation");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, d));
+    if (own) {
+        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+        *d *= pdi_read_electrolyte_arrhenius(s, energy);
+    } else if (s->by_viscosity) {
+        *d *= pdi_read_electrolyte_stokes(s);
+    }
+    return PD_OK;
 }
 
 /* ---- [species FORMULA] ---- */
@@ -64,7 +122,9 @@ static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
     if (desc.has_charge)
         PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
     if (pdi_text_has(s->ctx, s->text, section, "D"))
-        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, &desc.diffusivity));
+        PDI_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
+    else if (pdi_text_has(s->ctx, s->text, section, "activation"))
+        return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
     e->inlet[k] = e->initial[k];
@@ -154,6 +214,21 @@ static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section,
     return PD_OK;
 }
 
+/* Rates go from 25 C to the temperature: forward ones with the energy of activation, backward ones with that less the
+ * enthalpy, so that their ratio is K. */
+static pd_status pdi_read_electrolyte_speed(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+{
+    double energy, enthalpy = s->e->enthalpy[s->e->reactions];
+    if (!pdi_text_has(s->ctx, s->text, section, "activation")) return PD_OK;
+    if (!(desc->forward > 0.0) && !(desc->backward > 0.0))
+        return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without a rate, expected forward or "
+                               "backward");
+    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+    desc->forward *= pdi_read_electrolyte_arrhenius(s, energy);
+    desc->backward *= pdi_read_electrolyte_arrhenius(s, isnan(enthalpy) ? energy : energy - enthalpy);
+    return PD_OK;
+}
+
 static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
@@ -194,6 +269,7 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
         if (!(*rate[k] > 0.0))
             return pdi_text_refuse(s->ctx, s->text, section, rates[k], "found %g, expected a positive value", *rate[k]);
     }
+    PDI_TRY(pdi_read_electrolyte_speed(s, section, &desc));
     if (pd_reaction_read(s->ctx, &desc, e->species, e->count, &e->reaction[e->reactions]) < 0)
         return pdi_read_electrolyte_fail(s, section, "equation");
     e->reactions++;
@@ -236,10 +312,6 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
         PDI_TRY(pdi_text_string(s->ctx, s->text, at, "include", NULL, &files));
     PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
-    PDI_TRY(pdi_text_number(s->ctx, s->text, at, "temperature", "K", "298.15 K", &e->temperature));
-    if (!(e->temperature >= 273.0 && e->temperature <= 373.2))
-        return pdi_text_refuse(s->ctx, s->text, at, "temperature", "found %g K, expected water from 273 to 373 K",
-                               e->temperature);
     PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
     PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance));
     PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter));
@@ -284,7 +356,8 @@ PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
     return given;
 }
 
-PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *e)
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants *named,
+                                               pd_electrolyte *e)
 {
     pdi_read_electrolyte s;
     memset(&s, 0, sizeof s);
@@ -294,6 +367,7 @@ PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_el
     s.e = e;
     e->ph = e->inlet_ph = NAN;
     s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
+    PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
     PDI_TRY(pdi_read_electrolyte_species(&s));
     PDI_TRY(pdi_read_electrolyte_chemistry(&s));
     for (int k = pdi_text_next(ctx, text, "reaction", -1); k >= 0; k = pdi_text_next(ctx, text, "reaction", k))
@@ -326,7 +400,7 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
         return pdi_text_refuse(ctx, text, 0, "chemistry", "found no species, expected sections such as [species Na+]");
     memset(&named, 0, sizeof named);
     PDI_TRY(pdi_read_constants_read(ctx, text, &named));
-    pd_status status = pdi_read_electrolyte_sections(ctx, text, e);
+    pd_status status = pdi_read_electrolyte_sections(ctx, text, &named, e);
     text->consts = NULL;
     text->const_count = 0;
     return status;

@@ -9,6 +9,7 @@
 #ifndef PD_READ_ELECTROLYTE_H
 #define PD_READ_ELECTROLYTE_H
 #include "chemistry/electrolyte.h"
+#include "scene/read_constants.h"
 #include "scene/text.h"
 
 #define pd_electrolyte_read PD_NAME(pd_electrolyte_read)
@@ -25,8 +26,9 @@ PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char 
 #ifdef PDI_INTERNAL
 /* 1: text has one of the sections. */
 PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text);
-/* The sections of a text whose constants are known and whose files are included. */
-PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pd_electrolyte *electrolyte);
+/* The sections of a text whose constants are known and whose files are included. The temperature T joins those. */
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants *named,
+                                               pd_electrolyte *electrolyte);
 /* Include files and apply overrides, of which chemistry.include comes first. */
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);
 #endif

@@ -3329,7 +3329,7 @@ def declare(dim):
     class pd_attack(Structure):
         pass
     pd_attack._fields_ = [
-        ('surface', pd_etch),
+        ('etch', pd_etch),
         ('setup', POINTER(pd_setup)),
         ('dissolve', POINTER(pd_dissolve)),
         ('course', POINTER(pd_course)),
