@@ -4469,17 +4469,22 @@ typedef struct pd_etch {
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
+#define pd_etch_open PD_NAME(pd_etch_open)
+#define pd_etch_put PD_NAME(pd_etch_put)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
-/* A law for the species; reactive is borrowed, and takes it into its steps. The caller lists places. */
+/* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
+ * two. */
 PD_API pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *reactive, const pd_etch_desc *desc, pd_etch *etch);
+/* Begin a list of fluid nodes beside metal. */
+PD_API void pd_etch_open(pd_etch *etch);
+/* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
+ * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
+PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
-/* Begin a list of places; put one. */
-PDI_FN void pdi_etch_open(pd_etch *etch);
-PDI_FN void pdi_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
 /* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
 PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
 /* The speeds of all places; `derive`: and how they follow the totals. */
@@ -31666,13 +31671,13 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
     }
 }
 
-PDI_FN void pdi_etch_open(pd_etch *s)
+void pd_etch_open(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->slot[s->node[p]] = -1;
     s->count = 0;
 }
 
-PDI_FN void pdi_etch_put(pd_etch *s, int32_t node, double weight, double thick)
+void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
 {
     s->slot[node] = s->count;
     s->node[s->count] = node;
@@ -64398,7 +64403,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
-    pdi_etch_open(s);
+    pd_etch_open(s);
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -64408,7 +64413,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             a->grain[beside->node] = law.at.grain;
         }
         if (!pdi_attack_salt(d, beside->node))
-            pdi_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_etch_solve(ctx, s, 0);
     return pdi_attack_speeds(ctx, a);

@@ -78,13 +78,13 @@ static int layer(mixture *v, const double *held, const attack *a, const double *
     e.reads_ph = a->kind != ACID;
     e.reads = (uint32_t)1 << a->solute;
     if (!CHECK_OK(&s->ctx, pd_etch_build(&s->ctx, &test_reactive, &e, &test_etch))) return 0;
-    pdi_etch_open(&test_etch);
+    pd_etch_open(&test_etch);
     for (int32_t i = 0; i < s->grid.total; i++) {
         double x[PD_DIM];
         if (s->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&s->grid, i, x);
         if (x[0] < h)
-            pdi_etch_put(&test_etch, i, CS / h, film ? CS * 0.5 * h / test_reactive.diffusion.desc.diffusivity : 0.0);
+            pd_etch_put(&test_etch, i, CS / h, film ? CS * 0.5 * h / test_reactive.diffusion.desc.diffusivity : 0.0);
     }
     return CHECK(test_etch.count > 0);
 }

@@ -27,6 +27,7 @@
 #include "waves.h"
 #include "fracture.h"
 #include "chemistry.h"
+#include "reaction.h"
 
 static const val_case *const val_cases[] = {
     &patch_case,
@@ -99,6 +100,7 @@ static const val_case *const val_cases[] = {
 #if PD_DIM == 1
     &chemistry_case,
 #endif
+    &reaction_case,
 };
 
 enum { VAL_CASE_COUNT = (int)(sizeof val_cases / sizeof val_cases[0]) };

@@ -239,13 +239,13 @@ PDI_FN void pdi_etch_solve(const pd_ctx *ctx, pd_etch *s, int derive)
     }
 }
 
-PDI_FN void pdi_etch_open(pd_etch *s)
+void pd_etch_open(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++) s->slot[s->node[p]] = -1;
     s->count = 0;
 }
 
-PDI_FN void pdi_etch_put(pd_etch *s, int32_t node, double weight, double thick)
+void pd_etch_put(pd_etch *s, int32_t node, double weight, double thick)
 {
     s->slot[node] = s->count;
     s->node[s->count] = node;

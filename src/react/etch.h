@@ -40,17 +40,22 @@ typedef struct pd_etch {
 } pd_etch;
 
 #define pd_etch_build PD_NAME(pd_etch_build)
+#define pd_etch_open PD_NAME(pd_etch_open)
+#define pd_etch_put PD_NAME(pd_etch_put)
 #define pd_etch_free PD_NAME(pd_etch_free)
 
-/* A law for the species; reactive is borrowed, and takes it into its steps. The caller lists places. */
+/* A law for the species; reactive is borrowed, and takes it into its steps. Nodes beside metal are listed by the next
+ * two. */
 PD_API pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *reactive, const pd_etch_desc *desc, pd_etch *etch);
+/* Begin a list of fluid nodes beside metal. */
+PD_API void pd_etch_open(pd_etch *etch);
+/* One more: each speed v [m/s] gives it `weight` v [mol/m3/s] of metal, and lies behind a film across which what comes
+ * from metal rises by `thick` v [mol/m3], at the mean diffusivity. Beside a plane, half a cell: Cs/h, Cs h/(2 D). */
+PD_API void pd_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
 PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 
 #ifdef PDI_INTERNAL
 PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
-/* Begin a list of places; put one. */
-PDI_FN void pdi_etch_open(pd_etch *etch);
-PDI_FN void pdi_etch_put(pd_etch *etch, int32_t node, double weight, double thick);
 /* Speed [m/s] at a fluid node for the present concentrations, behind such a film. NaN: the law is not finite. */
 PDI_FN double pdi_etch_at(const pd_etch *etch, int32_t node, double thick, double guess);
 /* The speeds of all places; `derive`: and how they follow the totals. */

@@ -103,7 +103,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
-    pdi_etch_open(s);
+    pd_etch_open(s);
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         pdi_law law;
@@ -113,7 +113,7 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
             a->grain[beside->node] = law.at.grain;
         }
         if (!pdi_attack_salt(d, beside->node))
-            pdi_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
+            pd_etch_put(s, beside->node, beside->weight, pdi_attack_thick(a, beside));
     }
     pdi_etch_solve(ctx, s, 0);
     return pdi_attack_speeds(ctx, a);

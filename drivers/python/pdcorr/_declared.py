@@ -3851,6 +3851,8 @@ def declare(dim):
         'pd_reactive_balance_of': (None, [POINTER(pd_ctx), POINTER(pd_reactive), c_int, POINTER(pd_reactive_balance)]),
         'pd_reactive_free': (None, [POINTER(pd_ctx), POINTER(pd_reactive)]),
         'pd_etch_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_etch_desc), POINTER(pd_etch)]),
+        'pd_etch_open': (None, [POINTER(pd_etch)]),
+        'pd_etch_put': (None, [POINTER(pd_etch), c_int32, c_double, c_double]),
         'pd_etch_free': (None, [POINTER(pd_ctx), POINTER(pd_etch)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),
